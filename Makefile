@@ -1,0 +1,44 @@
+# Everything runs in .venv, which `make` fills and refills when pyproject.toml or constraints.txt changes.
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+INSTALL := $(BIN)/python -m pip install -q --disable-pip-version-check -c constraints.txt -e
+
+.PHONY: help demo test lint bench clean
+.NOTPARALLEL: # two pips in one environment get in each other's way
+
+help: ## list what make can do
+	@sed -n 's/^\([a-z]*\):.*## \(.*\)/  make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 14
+
+demo: $(VENV)/.demo ## show what supremal does, in a minute
+	$(BIN)/supremal demo
+
+test: lint ## lint, then all tests: kernels compiled, then uncompiled
+	$(BIN)/pytest -q -n 2
+	NUMBA_DISABLE_JIT=1 $(BIN)/pytest -q -n 2 -m engine tests
+
+lint: $(VENV)/.test ## style, types, and which room imports which
+	$(BIN)/ruff check -q
+	$(BIN)/ruff format -q --check
+	$(BIN)/mypy
+	$(BIN)/lint-imports --no-logo
+
+bench: $(VENV)/.test ## time what the documentation gives times for
+	$(BIN)/python -m benchmarks
+
+clean: ## remove .venv and all that was built or cached
+	rm -rf $(VENV) build dist .*_cache .hypothesis
+	find . -name __pycache__ -prune -exec rm -rf {} +
+
+$(BIN)/python:
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { \
+	  echo "supremal needs Python 3.11 or newer; name one: make PYTHON=python3.12 ..." >&2; exit 1; }
+	$(PYTHON) -m venv $(VENV)
+
+$(VENV)/.demo: pyproject.toml constraints.txt | $(BIN)/python
+	$(INSTALL) '.[plot]'
+	@touch $@
+
+$(VENV)/.test: pyproject.toml constraints.txt | $(BIN)/python
+	$(INSTALL) '.[test,lint]'
+	@touch $@
