@@ -1,0 +1,1 @@
+"""What can happen: alphabets, automata, their products and their languages."""
