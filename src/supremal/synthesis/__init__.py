@@ -1,0 +1,1 @@
+"""What can be enforced: controllability, and the closest behaviour that a supervisor can keep."""
