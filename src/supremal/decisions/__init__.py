@@ -1,0 +1,1 @@
+"""What each choice is worth: decision processes, reward machines, their product, safety and planning."""
