@@ -1,0 +1,42 @@
+"""Where agents act: environments with Gymnasium's interface, each with a tabular model of the same core.
+
+Importing this room registers its environments with Gymnasium, so that both of these work::
+
+    import gymnasium, supremal.envs
+    env = gymnasium.make("supremal/PickupDelivery-v0")
+
+    import gymnasium
+    env = gymnasium.make("supremal.envs:supremal/PickupDelivery-v0")
+"""
+
+from supremal.envs._draw import draw
+from supremal.envs._gymnasium import register
+from supremal.envs._pixels import pixels
+from supremal.envs.grid_env import PickupDeliveryEnv
+from supremal.envs.pickup_delivery import (
+    Answer,
+    GridState,
+    PickupDelivery,
+    data_file,
+    decode,
+    describe,
+    encode,
+    state_numbers,
+)
+
+__all__ = [
+    "Answer",
+    "GridState",
+    "PickupDelivery",
+    "PickupDeliveryEnv",
+    "data_file",
+    "decode",
+    "describe",
+    "draw",
+    "encode",
+    "pixels",
+    "register",
+    "state_numbers",
+]
+
+register()
