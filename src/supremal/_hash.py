@@ -33,6 +33,37 @@ def rehash(slots: Ints, keys: Longs, count: int) -> Ints:
 
 
 @kernel
+def find_row(slots: Ints, keys: Longs, row: Longs) -> int:
+    """`find_slot` for keys of several integers: those of number ``i`` are ``keys[i * n : (i + 1) * n]``."""
+    n = row.shape[0]
+    mask = slots.shape[0] - 1
+    mixed = np.int64(0)
+    for w in range(n):
+        mixed = (((mixed >> 17) ^ row[w] ^ (row[w] >> 31)) & 0x7FFFFFFF) * 0x9E3779B1
+    slot: int = (mixed ^ (mixed >> 29)) & mask
+    while slots[slot] != NONE:
+        at = np.int64(slots[slot]) * n
+        same = True
+        for w in range(n):
+            if keys[at + w] != row[w]:
+                same = False
+                break
+        if same:
+            break
+        slot = (slot + 1) & mask
+    return slot
+
+
+@kernel
+def rehash_rows(slots: Ints, keys: Longs, count: int, n: int) -> Ints:
+    """`rehash` for keys of ``n`` integers."""
+    wider = np.full(slots.shape[0] * 2, NONE, np.int32)
+    for i in range(count):
+        wider[find_row(wider, keys, keys[i * n : (i + 1) * n])] = i
+    return wider
+
+
+@kernel
 def grow(array: np.ndarray) -> np.ndarray:
     """Return a copy of a one-dimensional ``array`` with room for twice as much."""
     wider = np.empty(array.shape[0] * 2, array.dtype)

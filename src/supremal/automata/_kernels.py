@@ -1,15 +1,16 @@
 """The product of automata, explored breadth first over integer keys.
 
-A product state is the mixed-radix number of its component states.  Where the product of the sizes is
-small the table from keys to numbers is addressed directly, elsewhere it is hashed.
+A key packs the component states into bits, so that taking it apart costs shifts and no divisions; it has as
+many integers as that takes.  Where the product of the sizes is small enough the table from states to numbers
+is addressed by their mixed-radix number, elsewhere keys are hashed.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from supremal._arrays import NONE, Ints, Longs
-from supremal._hash import find_slot, grow, rehash
+from supremal._arrays import NONE, Bools, Ints, Longs
+from supremal._hash import find_row, grow, rehash_rows
 from supremal._jit import kernel
 
 
@@ -18,61 +19,127 @@ def explore(
     delta: Ints,
     base: Longs,
     width: Longs,
-    size: Longs,
     stride: Longs,
+    place: Longs,
+    shift: Longs,
+    bits: Longs,
+    words: int,
+    order: Ints,
     part_start: Longs,
+    plants: Ints,
     part: Ints,
     column: Ints,
-    table_size: int,
+    uncontrollable: Bools,
+    table: Ints,
     limit: int,
-) -> tuple[Longs, Ints]:
-    """Return ``keys [S]`` and ``delta [S, E]`` of the reachable product, states in breadth-first order.
+) -> tuple[Longs, Longs, Ints, Ints, Bools, Bools]:
+    """Explore the product of plants and specifications, breadth first.
 
     Entry ``(q, c)`` of part ``k`` is ``delta[base[k] + q * width[k] + c]``.  Event ``e`` moves the parts
-    ``part[part_start[e] : part_start[e + 1]]``, of which it is the ``column`` beside.  ``table_size`` > 0
-    addresses keys directly.  More than ``limit`` states: one key too many comes back, and no transitions.
+    ``part[part_start[e] : part_start[e + 1]]``, of which it is the ``column`` beside; the first ``plants[e]``
+    of these are plants.  A state's key is ``words`` integers, in which part ``k`` takes ``bits[k]`` (a mask)
+    at ``shift[k]`` of integer ``place[k]``.  ``table``, where it is not empty, is addressed by the
+    mixed-radix number of the state, with ``stride``; elsewhere keys are hashed.
+
+    A state is *bad* where all plants can follow an uncontrollable event and a specification cannot.  It has
+    no edges.  *offers* tells where the plants can follow a controllable event.
+
+    Returns ``keys [S * words]``, ``start [S + 1]``, ``event`` and ``target`` of the edges, ``bad [S]`` and
+    ``offers [S]``.  More than ``limit`` states: the keys of one too many come back.
     """
-    parts = size.shape[0]
-    events = part_start.shape[0] - 1
-    direct = table_size > 0
-    keys = np.empty(1024, np.int64)
-    out = np.full((1024, events), NONE, np.int32)
-    slots = np.full(table_size if direct else 4096, NONE, np.int32)
-    state = np.empty(parts, np.int64)
-    keys[0] = 0
-    slots[0 if direct else find_slot(slots, keys, 0)] = 0
+    parts = stride.shape[0]
+    direct = table.shape[0] > 0
+    keys = np.zeros(1024 * words, np.int64)
+    start = np.zeros(1025, np.int64)
+    bad = np.zeros(1024, np.bool_)
+    offers = np.zeros(1024, np.bool_)
+    event = np.empty(4096, np.int32)
+    target = np.empty(4096, np.int32)
+    slots = np.full(1 if direct else 4096, NONE, np.int32)
+    state = np.zeros(parts, np.int64)
+    reached = np.zeros(words, np.int64)
+    if direct:
+        table[0] = 1
+    else:
+        slots[find_row(slots, keys, reached)] = 0
     count = 1
+    edges = 0
     head = 0
     while head < count:
-        key = keys[head]
+        number = 0
         for k in range(parts):
-            state[k] = key // stride[k] % size[k]
-        for e in range(events):
-            reached = key
-            for j in range(part_start[e], part_start[e + 1]):
-                k = part[j]
-                to = delta[base[k] + state[k] * width[k] + column[j]]
-                if to == NONE:
-                    reached = NONE
+            state[k] = (keys[head * words + place[k]] >> shift[k]) & bits[k]
+            number += state[k] * stride[k]
+        for e in order:
+            for w in range(words):
+                reached[w] = keys[head * words + w]
+            to = number
+            i = part_start[e]
+            end = part_start[e + 1]
+            while i < end:
+                k = part[i]
+                step = delta[base[k] + state[k] * width[k] + column[i]] - state[k]
+                if step + state[k] == NONE:
                     break
-                reached += (to - state[k]) * stride[k]
-            if reached == NONE:
+                reached[place[k]] += step << shift[k]
+                to += step * stride[k]
+                i += 1
+            possible = i >= part_start[e] + plants[e]
+            if possible and not uncontrollable[e]:
+                offers[head] = True
+            if i < end:
+                if possible and uncontrollable[e]:
+                    bad[head] = True
+                    edges = start[head]
+                    break
                 continue
-            slot = reached if direct else find_slot(slots, keys, reached)
-            if slots[slot] == NONE:
+            slot = 0
+            if direct:
+                known = table[to] - 1
+            else:
+                slot = find_row(slots, keys, reached)
+                known = slots[slot]
+            if known == NONE:
                 if count == limit:
-                    return keys[: count + 1].copy(), out[:0].copy()
-                if count + 1 == keys.shape[0]:
+                    return keys[: (count + 1) * words].copy(), start, event, target, bad, offers
+                if (count + 1) * words >= keys.shape[0]:
                     keys = grow(keys)
-                    wider_out = np.full((keys.shape[0], events), NONE, np.int32)
-                    wider_out[:count] = out[:count]
-                    out = wider_out
-                keys[count] = reached
-                slots[slot] = count
+                    start = grow(start)
+                    bad = grow(bad)
+                    offers = grow(offers)
+                known = count
+                for w in range(words):
+                    keys[count * words + w] = reached[w]
+                bad[count] = False
+                offers[count] = False
                 count += 1
-                if not direct and count * 2 > slots.shape[0]:
-                    slots = rehash(slots, keys, count)
-                    slot = find_slot(slots, keys, reached)
-            out[head, e] = slots[slot]
+                if direct:
+                    table[to] = count
+                else:
+                    slots[slot] = known
+                    if count * 2 > slots.shape[0]:
+                        slots = rehash_rows(slots, keys, count, words)
+            if edges == event.shape[0]:
+                event = grow(event)
+                target = grow(target)
+            event[edges] = e
+            target[edges] = known
+            edges += 1
         head += 1
-    return keys[:count].copy(), out[:count].copy()
+        start[head] = edges
+    return (
+        keys[: count * words].copy(),
+        start[: count + 1].copy(),
+        event[:edges].copy(),
+        target[:edges].copy(),
+        bad[:count].copy(),
+        offers[:count].copy(),
+    )
+
+
+@kernel
+def fill_table(start: Longs, event: Ints, target: Ints, delta: Ints) -> None:
+    """Write the edges to the dense table ``delta [S, E]``."""
+    for s in range(delta.shape[0]):
+        for k in range(start[s], start[s + 1]):
+            delta[s, event[k]] = target[k]

@@ -8,27 +8,16 @@ Source: Cassandras, Lafortune, *Introduction to Discrete Event Systems*, 2nd ed.
 
 from __future__ import annotations
 
-from math import prod
-from typing import Final
-
 import numpy as np
 
-from supremal._arrays import NONE, Ints, Longs
-from supremal.automata import _kernels
+from supremal._arrays import NONE, Ints
 from supremal.automata.alphabet import Alphabet, union
 from supremal.automata.automaton import Automaton
-from supremal.automata.build import empty, universal
-from supremal.errors import AutomatonError
-
-MAX_STATES: Final = 50_000_000
-"""The default bound on the states of a product."""
-
-_DIRECT: Final = 1 << 26
-_WIDEST: Final = 1 << 62
+from supremal.automata.explore import explore
 
 
-def sync(*parts: Automaton, max_states: int = MAX_STATES) -> Automaton:
-    """Return the synchronous composition of ``parts``, reachable states only, in breadth-first order.
+def sync(*parts: Automaton, max_states: int | None = None) -> Automaton:
+    r"""Return the synchronous composition of ``parts``, reachable states only, in breadth-first order.
 
     Parameters
     ----------
@@ -36,7 +25,7 @@ def sync(*parts: Automaton, max_states: int = MAX_STATES) -> Automaton:
         ``origin`` of the result has the columns of their origins side by side.  The composition of none
         is Σ* over no event, the neutral element.
     max_states
-        The most states that the result may have.
+        The most states that the result may have; left out: what fits the machine.
 
     Raises
     ------
@@ -63,53 +52,11 @@ def sync(*parts: Automaton, max_states: int = MAX_STATES) -> Automaton:
     return Automaton(product.alphabet, product.delta, product.marked, origin, name=product.name)
 
 
-def components(*parts: Automaton, max_states: int = MAX_STATES) -> tuple[Automaton, Ints]:
+def components(*parts: Automaton, max_states: int | None = None) -> tuple[Automaton, Ints]:
     """Return the composition of ``parts`` and ``int32 [S, K]``, the state of each part in each state."""
-    if not parts:
-        return universal(Alphabet(())), np.empty((1, 0), np.int32)
-    alphabet = union(*(part.alphabet for part in parts))
+    graph = explore(parts, max_states=max_states)
     name = " ∥ ".join(part.name for part in parts if part.name)
-    sizes = [part.n_states for part in parts]
-    if 0 in sizes:
-        return empty(alphabet, name=name), np.empty((0, len(parts)), np.int32)
-    if prod(sizes) >= _WIDEST:
-        head, states = components(*parts[:2], max_states=max_states)
-        product, rest = components(head, *parts[2:], max_states=max_states)
-        return product, np.concatenate([states[rest[:, 0]], rest[:, 1:]], axis=1)
-
-    stride = np.array([prod(sizes[k + 1 :]) for k in range(len(parts))], np.int64)
-    size = np.array(sizes, np.int64)
-    start, part, column = _participants(alphabet, parts)
-    keys, delta = _kernels.explore(
-        np.concatenate([p.delta.reshape(-1) for p in parts]),
-        np.cumsum([0, *(p.delta.size for p in parts[:-1])], dtype=np.int64),
-        np.array([len(p.alphabet) for p in parts], np.int64),
-        size,
-        stride,
-        start,
-        part,
-        column,
-        prod(sizes) if prod(sizes) <= _DIRECT else 0,
-        max_states,
-    )
-    if len(keys) > max_states:
-        named = ", ".join(f"{p.name or f'part {k}'} ({p.n_states})" for k, p in enumerate(parts))
-        message = f"the product of {named} states has more than {max_states:,}; raise max_states or split it"
-        raise AutomatonError(message)
-    states = (keys[:, None] // stride % size).astype(np.int32)
-    marked = np.all([p.marked[states[:, k]] for k, p in enumerate(parts)], axis=0)
-    return Automaton(alphabet, delta, marked, name=name), states
-
-
-def _participants(alphabet: Alphabet, parts: tuple[Automaton, ...]) -> tuple[Longs, Ints, Ints]:
-    """For every event the parts that move by it and its column in each, as one sparse table."""
-    pairs = [
-        [(k, part.alphabet.index(name)) for k, part in enumerate(parts) if name in part.alphabet]
-        for name in alphabet
-    ]
-    start = np.cumsum([0, *map(len, pairs)], dtype=np.int64)
-    flat = np.array([pair for row in pairs for pair in row], np.int32).reshape(-1, 2)
-    return start, flat[:, 0].copy(), flat[:, 1].copy()
+    return Automaton(graph.alphabet, graph.delta(), graph.marked, name=name), graph.states
 
 
 def extend(automaton: Automaton, alphabet: Alphabet, *, stand_still: bool) -> Automaton:

@@ -11,32 +11,41 @@ Optim. 25 (1987).
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from supremal._arrays import NONE, Bools, Ints
-from supremal._graph import of_table, reachable_from, reverse
+from supremal._arrays import NONE
 from supremal.automata.automaton import Automaton
-from supremal.automata.compose import MAX_STATES, components, extend
-from supremal.automata.reduce import keep
+from supremal.automata.explore import as_parts, explore
+from supremal.synthesis import _kernels
 from supremal.synthesis.supervisor import Supervisor
-from supremal.synthesis.verify import escapes
 
 
 def synthesize(
-    plant: Automaton, spec: Automaton, *, nonblocking: bool = True, max_states: int = MAX_STATES
+    plant: Automaton | Sequence[Automaton],
+    spec: Automaton | Sequence[Automaton],
+    *,
+    nonblocking: bool = True,
+    must_act: bool = False,
+    max_states: int | None = None,
 ) -> Supervisor:
     r"""Return the supervisor of the supremal controllable sublanguage of ``spec`` in ``plant``.
 
     Parameters
     ----------
     plant
-        What can happen.
+        What can happen: one automaton, or several that run side by side.
     spec
-        What may happen; its marked states, together with the plant's, are what must stay reachable.
+        What may happen: one automaton, or several that all have to hold.  Its marked states, together with
+        the plant's, are what must stay reachable.
     nonblocking
         False gives the prefix-closed one, for which marked states play no part.
+    must_act
+        Whether a state in which the plant offers controllable events must keep one of them, as for an agent
+        that has to choose.
     max_states
-        The most states that the product may have.
+        The most states that the product may have; left out: what fits the machine.
 
     Returns
     -------
@@ -46,14 +55,15 @@ def synthesize(
     Raises
     ------
     AlphabetError
-        If an event is controllable in one and not in the other.
+        If an event is controllable in one part and not in another.
     AutomatonError
         If the product has more than ``max_states`` states.
 
     Notes
     -----
-    Time is linear in the transitions of the product for each round of the fixpoint, of which there are at
-    most as many as states; usually two or three.
+    The product is explored once, and not beyond a state in which something uncontrollable breaks a rule.
+    Then each round of the fixpoint is linear in the transitions; there are at most as many rounds as states,
+    usually two or three, and one if ``nonblocking`` is False.
 
     Examples
     --------
@@ -63,24 +73,18 @@ def synthesize(
     >>> synthesize(plant, never_at_fault, nonblocking=False).monitor().enabled
     ('tick',)
     """
-    lifted = extend(plant, spec.alphabet, stand_still=True)
-    product, states = components(lifted, spec, max_states=max_states)
-    good: Bools = ~np.any(escapes(product, lifted, states[:, 0]), axis=1)
-    uncontrollable = ~product.alphabet.controllable
-    forced = reverse(*of_table(np.where(uncontrollable, product.delta, np.int32(NONE))))
-    back = reverse(*of_table(product.delta)) if nonblocking else None
-    while True:
-        good = ~reachable_from(*forced, ~good)
-        alive = reachable_from(*back, product.marked, good) if back else good
-        if np.array_equal(alive, good):
-            break
-        good = alive
-    return _supervisor(product, states, good)
-
-
-def _supervisor(product: Automaton, states: Ints, good: Bools) -> Supervisor:
-    """Cut the product down to ``good`` and read the control pattern off it."""
-    numbered = Automaton(product.alphabet, product.delta, product.marked, states, name=product.name)
-    behaviour = keep(numbered, good)
-    enabled = (behaviour.delta != NONE) | ~product.alphabet.controllable
-    return Supervisor(behaviour, behaviour.origin[:, 0], enabled)
+    plants, specs = as_parts(plant), as_parts(spec)
+    graph = explore(plants, specs, max_states=max_states)
+    free = graph.alphabet.controllable
+    good = ~graph.bad
+    left = np.full(good.size, NONE, np.int32)
+    if must_act:
+        acting = np.repeat(np.arange(good.size), np.diff(graph.start))[free[graph.event]]
+        left[graph.offers] = np.bincount(acting, minlength=good.size)[graph.offers]
+    into, source = _kernels.turn_round(graph.start, graph.event, graph.target, free)
+    marked = graph.marked if nonblocking else np.ones(good.size, np.bool_)
+    _kernels.shrink(into, source, marked, good, left)
+    order, delta = _kernels.cut(graph.start, graph.event, graph.target, good, len(free))
+    name = " ∥ ".join(part.name for part in (*plants, *specs) if part.name)
+    behaviour = Automaton(graph.alphabet, delta, graph.marked[order], graph.states[order], name=name)
+    return Supervisor(behaviour, behaviour.origin[:, : len(plants)], (delta != NONE) | ~free)

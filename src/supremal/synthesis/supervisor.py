@@ -25,7 +25,7 @@ class Supervisor:
     automaton
         The behaviour of plant and supervisor together; empty where no supervisor exists.
     plant_state
-        ``int32 [S]``: the state of the plant in each of its states.
+        ``int32 [S, P]``: the state of each of the P plants in each of its states.
     enabled
         ``bool [S, E]``: the control pattern.  Uncontrollable events are always enabled.
     """
@@ -35,13 +35,13 @@ class Supervisor:
     enabled: Bools
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "plant_state", frozen(self.plant_state, np.int32, 1))
+        object.__setattr__(self, "plant_state", frozen(self.plant_state, np.int32, 2))
         object.__setattr__(self, "enabled", frozen(self.enabled, np.bool_, 2))
-        want = self.automaton.delta.shape
-        if self.enabled.shape != want or self.plant_state.shape != want[:1]:
+        states, shape = self.automaton.n_states, self.automaton.delta.shape
+        if self.enabled.shape != shape or len(self.plant_state) != states:
             message = (
-                f"supervisor: enabled has shape {self.enabled.shape} and plant_state "
-                f"{self.plant_state.shape}; the automaton needs {want} and {want[:1]}"
+                f"supervisor: enabled has shape {self.enabled.shape} and plant_state has "
+                f"{len(self.plant_state)} rows; the automaton needs {shape} and {states} rows"
             )
             raise AutomatonError(message)
 

@@ -13,14 +13,18 @@ Source: Ramadge, Wonham, "Supervisory control of a class of discrete event proce
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from supremal._arrays import NONE, Bools, Ints
+from supremal._arrays import NONE
+from supremal._graph import first_seed, path_to, search
+from supremal.automata.alphabet import union
 from supremal.automata.automaton import Automaton
 from supremal.automata.compare import shortest_word
-from supremal.automata.compose import components, extend
+from supremal.automata.compose import components
+from supremal.automata.explore import as_parts, explore
 from supremal.automata.reduce import coreachable, reachable, trim
 
 
@@ -46,51 +50,79 @@ class Violation:
         )
 
 
-def escapes(product: Automaton, plant: Automaton, plant_state: Ints) -> Bools:
-    """Return where an uncontrollable event is possible in the plant and not in the product; ``bool [S, E]``.
-
-    ``plant_state [S]`` is the state of ``plant``, which knows all events of the product, in each of its
-    states.
-    """
-    columns = [plant.alphabet.index(name) for name in product.alphabet]
-    possible = plant.delta[:, columns][plant_state] != NONE
-    out: Bools = possible & (product.delta == NONE) & ~product.alphabet.controllable
-    return out
-
-
-def find_uncontrollable(plant: Automaton, spec: Automaton) -> Violation | None:
+def find_uncontrollable(
+    plant: Automaton | Sequence[Automaton], spec: Automaton | Sequence[Automaton]
+) -> Violation | None:
     r"""Return the shortest violation of controllability, None if ``spec`` is controllable.
 
-    Linear in the transitions of the product.
+    Parameters
+    ----------
+    plant
+        What can happen: one automaton, or several that run side by side.
+    spec
+        What may happen: one automaton, or several that all have to hold.
 
     Raises
     ------
     AlphabetError
-        If an event is controllable in one and not in the other.
+        If an event is controllable in one part and not in another.
+
+    Notes
+    -----
+    Linear in the transitions of the product.
 
     Examples
     --------
     >>> from supremal import find_uncontrollable, from_text
     >>> plant = from_text("uncontrollable fault \n idle -start-> busy \n busy -fault, stop-> idle")
     >>> spec = from_text("uncontrollable fault \n 0 -start-> 1 \n 1 -stop-> 0 \n 0 -fault-> 0")
-    >>> print(find_uncontrollable(plant, spec))
-    after start, fault can happen (plant in state busy), which nobody controls and the specification
-    forbids in its state 1
+    >>> find_uncontrollable(plant, spec)
+    Violation(word=('start',), event='fault', plant_state='busy', spec_state='1')
     """
-    lifted, closure = extend(plant, spec.alphabet, stand_still=True), trim(spec)
-    product, states = components(lifted, closure)
-    wrong = escapes(product, lifted, states[:, 0])
-    word = shortest_word(product, np.any(wrong, axis=1))
-    if word is None:
+    plants, specs = as_parts(plant), as_parts(spec)
+    product, spec_states = components(*specs)
+    closure = trim(replace(product, origin=spec_states))
+    graph = explore(plants, [closure])
+    order, via = search(
+        graph.start, graph.target, first_seed(len(graph.bad)), np.ones(len(graph.bad), np.bool_)
+    )
+    found = order[graph.bad[order]]
+    if not found.size:
         return None
-    state = product.run(word)
-    plant_state, spec_state = states[state].tolist()
-    event = product.alphabet.names[int(np.argmax(wrong[state]))]
-    kept = np.flatnonzero(reachable(spec) & coreachable(spec))  # the caller's numbers of its states
-    return Violation(word, event, plant.state_name(plant_state), spec.state_name(int(kept[spec_state])))
+    state = int(found[0])
+    word = graph.event[path_to(state, via, graph.start)]
+    states = graph.states[state].tolist()
+    return Violation(
+        word=graph.alphabet.spell(word.tolist()),
+        event=_escape(plants, closure, states),
+        plant_state=_spell(plants, states[:-1]),
+        spec_state=_spell(specs, closure.origin[states[-1]].tolist()),
+    )
 
 
-def is_controllable(plant: Automaton, spec: Automaton) -> bool:
+def _spell(parts: Sequence[Automaton], states: Sequence[int]) -> str:
+    """Return the names of the states of ``parts``."""
+    return ", ".join(part.state_name(q) for part, q in zip(parts, states, strict=True))
+
+
+def _escape(plants: Sequence[Automaton], closure: Automaton, states: Sequence[int]) -> str:
+    """Return the first uncontrollable event that all plants can follow and the specification cannot."""
+    parts = [*plants, closure]
+    uncontrollable = union(*(part.alphabet for part in parts)).uncontrollable
+
+    def can(part: Automaton, state: int, name: str) -> bool:
+        return name not in part.alphabet or part.run([name], state) != NONE
+
+    return next(
+        name
+        for name in closure.alphabet
+        if name in uncontrollable
+        and all(can(part, q, name) for part, q in zip(plants, states, strict=False))
+        and not can(closure, states[-1], name)
+    )
+
+
+def is_controllable(plant: Automaton | Sequence[Automaton], spec: Automaton | Sequence[Automaton]) -> bool:
     """Tell whether ``spec`` is controllable with respect to ``plant``."""
     return find_uncontrollable(plant, spec) is None
 

@@ -1,0 +1,177 @@
+"""Exploring the product of plants and specifications, once, on the fly.
+
+What can happen is decided by the plants; what may happen by the specifications.  A state in which all plants
+can follow an uncontrollable event and some specification cannot is *bad*: no supervisor may let it be
+reached, so it is not explored any further.  With plants only this is the synchronous composition.
+
+Events that no plant knows are possible at any time.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import prod
+from typing import Final
+
+import numpy as np
+
+from supremal._arrays import Bools, Ints, Longs
+from supremal.automata import _kernels
+from supremal.automata.alphabet import Alphabet, union
+from supremal.automata.automaton import Automaton
+from supremal.errors import AutomatonError
+
+_DIRECT: Final = 1 << 28
+"""Up to so many combinations of states the table is addressed directly; its pages come as needed."""
+
+_BITS: Final = 62
+_MEMORY_SHARE: Final = 0.4
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Exploration:
+    """A product as a graph: S states, M edges, K parts.
+
+    Parameters
+    ----------
+    alphabet
+        The events of all parts.
+    states
+        ``int32 [S, K]``: the state of each part; state 0 is initial.
+    start, event, target
+        The edges out of s are ``start[s]`` to ``start[s + 1]`` of ``event`` and ``target``.
+    marked
+        ``bool [S]``: where all parts are marked.
+    bad
+        ``bool [S]``: where something uncontrollable breaks a specification.
+    offers
+        ``bool [S]``: where the plants can follow some controllable event.
+    """
+
+    alphabet: Alphabet
+    states: Ints
+    start: Longs
+    event: Ints
+    target: Ints
+    marked: Bools
+    bad: Bools
+    offers: Bools
+
+    def delta(self) -> Ints:
+        """Return the edges as a dense table, ``int32 [S, E]``."""
+        table = np.full((len(self.bad), len(self.alphabet)), -1, np.int32)
+        _kernels.fill_table(self.start, self.event, self.target, table)
+        return table
+
+
+def as_parts(parts: Automaton | Sequence[Automaton]) -> tuple[Automaton, ...]:
+    """Return one automaton, or a sequence of them, as a tuple."""
+    return (parts,) if isinstance(parts, Automaton) else tuple(parts)
+
+
+def default_max_states(events: int) -> int:
+    """Return how many states of a product over so many events fit two fifths of this machine's memory."""
+    memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    return int(_MEMORY_SHARE * memory / (8 * events + 160))
+
+
+def explore(
+    plants: Sequence[Automaton], specs: Sequence[Automaton] = (), *, max_states: int | None = None
+) -> Exploration:
+    """Return the reachable product of ``plants`` and ``specs``, bad states not explored.
+
+    Parameters
+    ----------
+    plants, specs
+        What can happen, and what may.
+    max_states
+        The most states that the product may have; left out: what fits the machine.
+
+    Raises
+    ------
+    AlphabetError
+        If an event is controllable in one part and not in another.
+    AutomatonError
+        If the product has more than ``max_states`` states; names the parts and their sizes.
+
+    Notes
+    -----
+    Linear in the states times the events, and in the transitions times the parts that share an event.  Memory
+    is 8 bytes an edge and about 40 a state, besides the result.
+    """
+    parts = [*plants, *specs]
+    alphabet = union(*(part.alphabet for part in parts))
+    limit = default_max_states(len(alphabet)) if max_states is None else max_states
+    sizes = [part.n_states for part in parts]
+    if 0 in sizes:
+        return _nothing(alphabet, len(parts))
+    place, shift, bits = _packing(sizes)
+    words = int(place.max(initial=0)) + 1
+    direct = prod(sizes) <= _DIRECT
+    start, part, column = _participants(alphabet, parts)
+    uncontrollable = ~alphabet.controllable
+    split = np.append(0, np.cumsum(part < len(plants)))[start]
+    keys, first, event, target, bad, offers = _kernels.explore(
+        np.concatenate([np.empty(0, np.int32), *(p.delta.reshape(-1) for p in parts)]),
+        np.cumsum([0, *(p.delta.size for p in parts[:-1])], dtype=np.int64),
+        np.array([len(p.alphabet) for p in parts], np.int64),
+        np.array([prod(sizes[k + 1 :]) if direct else 0 for k in range(len(parts))], np.int64),
+        place,
+        shift,
+        bits,
+        words,
+        (np.argsort(~uncontrollable, kind="stable") if specs else np.arange(len(alphabet))).astype(np.int32),
+        start,
+        np.diff(split).astype(np.int32),
+        part,
+        column,
+        uncontrollable,
+        np.zeros(prod(sizes) if direct else 0, np.int32),
+        limit,
+    )
+    rows = keys.reshape(-1, words)
+    if len(rows) > limit:
+        named = ", ".join(f"{p.name or f'part {k}'} ({p.n_states})" for k, p in enumerate(parts))
+        message = f"the product of {named} states has more than {limit:,}; raise max_states or split it"
+        raise AutomatonError(message)
+    states = np.empty((len(rows), len(parts)), np.int32)
+    for k in range(len(parts)):
+        states[:, k] = (rows[:, place[k]] >> shift[k]) & bits[k]
+    marked = np.ones(len(rows), np.bool_)
+    for k, p in enumerate(parts):
+        marked &= p.marked[states[:, k]]
+    return Exploration(alphabet, states, first, event, target, marked, bad, offers)
+
+
+def _nothing(alphabet: Alphabet, parts: int) -> Exploration:
+    none, no = np.empty(0, np.int32), np.empty(0, np.bool_)
+    return Exploration(
+        alphabet, np.empty((0, parts), np.int32), np.zeros(1, np.int64), none, none, no, no, no
+    )
+
+
+def _packing(sizes: Sequence[int]) -> tuple[Longs, Longs, Longs]:
+    """Return in which integer of a key each part lies, how far up, and the mask of its bits."""
+    place, shift, word, used = [], [], 0, 0
+    widths = [max(size - 1, 1).bit_length() for size in sizes]
+    for width in widths:
+        if used + width > _BITS:
+            word, used = word + 1, 0
+        place.append(word)
+        shift.append(used)
+        used += width
+    masks = [(1 << width) - 1 for width in widths]
+    return np.array(place, np.int64), np.array(shift, np.int64), np.array(masks, np.int64)
+
+
+def _participants(alphabet: Alphabet, parts: Sequence[Automaton]) -> tuple[Longs, Ints, Ints]:
+    """For every event the parts that move by it and its column in each, as one sparse table."""
+    pairs = [
+        [(k, part.alphabet.index(name)) for k, part in enumerate(parts) if name in part.alphabet]
+        for name in alphabet
+    ]
+    start = np.cumsum([0, *map(len, pairs)], dtype=np.int64)
+    flat = np.array([pair for row in pairs for pair in row], np.int32).reshape(-1, 2)
+    return start, flat[:, 0].copy(), flat[:, 1].copy()
