@@ -157,7 +157,7 @@ def data_file(name: str) -> Traversable:
     --------
     >>> from supremal.formats import read_automaton
     >>> read_automaton(data_file("recovery.json"))
-    <Automaton "G_s'": 6 states, 16 transitions, 11 events>
+    <Automaton 'recovery': 6 states, 16 transitions, 11 events>
     """
     return files("supremal.envs").joinpath("data", name)
 

@@ -1,0 +1,177 @@
+"""Numbers and findings in words, for the report.
+
+A number that a run did not reach is None (or missing), and is shown as "–".  Nothing here rounds in favour of
+the run: a completion of 0.99996 is not called 100 %.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from math import floor, isfinite
+from typing import Any, Final, TypeGuard
+
+from supremal.show._text import escape
+
+MISSING: Final = "\u2013"
+_SYMBOL: Final = re.compile(r"(?<![\w-])([^\W\d_])(?:_(\w{1,2})|(\d{1,2}))(?![\w'-])")
+_UP: Final = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
+def is_number(value: object) -> TypeGuard[float]:
+    """Tell whether ``value`` is a finite number."""
+    return isinstance(value, int | float) and not isinstance(value, bool) and isfinite(value)
+
+
+def integer(value: object) -> str:
+    """Return ``value`` with commas: 27,612,345."""
+    return f"{value:,.0f}".replace("-", "\u2212") if is_number(value) else MISSING
+
+
+def decimal(value: object, digits: int = 2) -> str:
+    """Return ``value`` with ``digits`` decimals; what only they would hide is told with a power of ten.
+
+    Examples
+    --------
+    >>> decimal(1234.5), decimal(2e-9, 4), decimal(None)
+    ('1,234.50', '2 × 10⁻⁹', '–')
+    """
+    if not is_number(value):
+        return MISSING
+    if value == 0:
+        return "0"
+    if abs(value) < 0.5 * 10.0**-digits:
+        mantissa, power = f"{value:.1e}".split("e")
+        text = f"{mantissa.removesuffix('.0')} \u00d7 10{str(int(power)).translate(_UP)}"
+    else:
+        text = f"{value:,.{digits}f}"
+    return text.replace("-", "\u2212")
+
+
+def percent(value: object) -> str:
+    """Return a fraction as a percentage; only all is 100 % and only nothing is 0 %.
+
+    Examples
+    --------
+    >>> percent(1.0), percent(0.9461), percent(0.99999), percent(1e-9)
+    ('100\u00a0%', '94.61\u00a0%', '99.99\u00a0%', '<\u00a00.01\u00a0%')
+    """
+    if not is_number(value):
+        return MISSING
+    share = 100 * float(value)
+    if 0 < share < 0.005:
+        return "<\u00a00.01\u00a0%"
+    if 99.99 < share < 100:
+        share = floor(100 * share) / 100
+    return f"{share:.2f}".rstrip("0").rstrip(".") + "\u00a0%"
+
+
+def count(value: object, one: str, many: str = "") -> str:
+    """Return a number of things: "no violation", "1 violation", "2 violations".
+
+    Examples
+    --------
+    >>> count(1, "state"), count(0, "state"), count(3, "box", "boxes")
+    ('1 state', 'no state', '3 boxes')
+    """
+    if not is_number(value):
+        return f"{MISSING} {many or one + 's'}"
+    return f"no {one}" if value == 0 else f"{integer(value)} {one if value == 1 else many or one + 's'}"
+
+
+def witness_sentence(witness: Mapping[str, Any]) -> str:
+    """Say in words what the shortest witness shows.
+
+    Examples
+    --------
+    >>> witness_sentence({"word": ["d_u"], "event": "d_u"})
+    'after d_u, d_u can happen again, which nobody controls and the rule forbids'
+    """
+    word, event = list(witness.get("word") or []), witness.get("event", "an event")
+    after = f"after {' '.join(word)}" if word else "at once"
+    again = " again" if event in word else ""
+    return f"{after}, {event} can happen{again}, which nobody controls and the rule forbids"
+
+
+def typeset(text: str) -> str:
+    """Return ``text`` as HTML in which symbols look as in the diagrams, and all else is escaped.
+
+    Examples
+    --------
+    >>> typeset("after d_u & <b>")
+    'after <i>d</i><sub>u</sub> &amp; &lt;b&gt;'
+    """
+    return _SYMBOL.sub(lambda at: f"<i>{at[1]}</i><sub>{at[2] or at[3]}</sub>", escape(text))
+
+
+def signs(text: object) -> str:
+    """Return ``text`` with a true minus before numbers.
+
+    Examples
+    --------
+    >>> signs("-979.3 at 1-10")
+    '−979.3 at 1-10'
+    """
+    return re.sub(r"(?<![\w.)])-(?=[\d.])", "\u2212", str(text))
+
+
+def sentence(text: str) -> str:
+    """Return ``text`` with a full stop, and with a capital unless it starts with a symbol."""
+    start = text if _SYMBOL.match(text) else text[:1].upper() + text[1:]
+    return start if start[-1:] in (".", "!", "?", "") else start + "."
+
+
+def headline(result: Mapping[str, Any]) -> str:
+    """Return the verdict of the whole run in one sentence."""
+    check, training = result.get("check") or {}, result.get("training") or {}
+    if check.get("verdict") != "enforceable":
+        return "These rules cannot be kept." if check else "A run without a check."
+    broken, steps = training.get("violations"), training.get("steps")
+    if not is_number(broken) or not is_number(steps) or not steps:
+        return "The rules can be kept."
+    kept = f"but were broken {_times(broken)}" if broken else "and were: no\u00a0violation"
+    return f"The rules can be kept, {kept} in {integer(steps)} steps of training."
+
+
+def lede(result: Mapping[str, Any]) -> list[str]:
+    """Return the sentences below the headline: what was learned, and what it would be without the rules."""
+    greedy, optimal = result.get("greedy") or {}, result.get("optimal") or {}
+    baseline = result.get("baseline") or {}
+    said = []
+    if is_number(greedy.get("value")):
+        said.append(_learned(greedy, optimal))
+    broken = baseline.get("violations")
+    if is_number(broken) and broken:
+        said.append(f"Without the rules, the same learner broke them {_times(broken)}.")
+    return said
+
+
+def gap(result: Mapping[str, Any]) -> str:
+    """Return how far the learned policy is below the best: never less than the error bounds can tell."""
+    greedy, optimal = result.get("greedy") or {}, result.get("optimal") or {}
+    below = greedy.get("gap")
+    if is_number(below) and below and _is_best(greedy, optimal):
+        return f"\u2264\u00a0{decimal(_bounds(greedy, optimal), 4)}"
+    return decimal(below, 4)
+
+
+def _bounds(*parts: Mapping[str, Any]) -> float:
+    return sum(part.get("bound") or 0.0 for part in parts) + 1e-12
+
+
+def _is_best(greedy: Mapping[str, Any], optimal: Mapping[str, Any]) -> bool:
+    return bool(abs(greedy["gap"]) <= _bounds(greedy, optimal))
+
+
+def _learned(greedy: Mapping[str, Any], optimal: Mapping[str, Any]) -> str:
+    text = f"The learned policy is worth {decimal(greedy['value'], 4)}"
+    if is_number(greedy.get("gap")):
+        below = "" if _is_best(greedy, optimal) else f"{decimal(greedy['gap'], 4)} below "
+        text += f", {below}the best that the rules allow"
+    if is_number(greedy.get("completion")):
+        text += f", and completes the task in {percent(greedy['completion'])} of its episodes"
+    return text + "."
+
+
+def _times(number: float) -> str:
+    return {1: "once", 2: "twice"}.get(int(number), f"{integer(number)} times")
