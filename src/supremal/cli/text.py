@@ -1,0 +1,75 @@
+"""A finished run, told on the terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+
+def describe(console: Console, result: Mapping[str, Any], folder: Path) -> None:
+    """Print what a reader of the report should know first."""
+    check, product = result["check"], result["product"]
+    plant = check["plant"]
+    console.print()
+    console.print(Text(f"The rules are {check['verdict']}.", style="bold"))
+    console.print(
+        f"  environment: {plant['states']:,} states, {plant['transitions']:,} transitions", highlight=False
+    )
+    for rule in check["rules"]:
+        verdict = "controllable" if rule["controllable"] else "not controllable"
+        sizes = f"{rule['states']} states, {rule['product']['states']:,} with the environment"
+        console.print(Text(f"  {rule['name']} ({sizes}): {verdict}. {rule['without_plant']['text']}"))
+    console.print(
+        f"  product under supervision: {product['states']:,} states, {product['state_actions']:,} enabled "
+        f"actions, {product['disabled']:,} disabled",
+        highlight=False,
+    )
+    console.print()
+    console.print(_numbers(result))
+    if result["partial"]:
+        console.print(
+            Text("Stopped before the end: these numbers are of the episodes that were run.", style="bold")
+        )
+    console.print(Text(f"Written to {folder}; open {folder / 'report.html'}"), soft_wrap=True)
+
+
+def _numbers(result: Mapping[str, Any]) -> Table:
+    training, baseline = result["training"], result["baseline"]
+    optimal, greedy = result["optimal"], result["greedy"]
+    limit = result["settings"]["episode_steps"]
+    table = Table(box=None, pad_edge=False, header_style="dim")
+    table.add_column("")
+    table.add_column("supervised", justify="right")
+    table.add_column("without the rules", justify="right")
+
+    def both(form: str, key: str) -> tuple[str, str]:
+        return form.format(training[key]), form.format(baseline[key]) if baseline else "–"
+
+    def policies(key: str) -> tuple[str, str]:
+        return f"{greedy[key]:.4%}", f"{baseline['greedy'][key]:.4%}" if baseline else "–"
+
+    def row(what: str, here: str, there: str = "") -> None:
+        table.add_row(f"  {what}", here, there)
+
+    def last(form: str, curve: str) -> tuple[str, str]:
+        ends = [form.format(run[curve][-1]) if run and run[curve] else "–" for run in (training, baseline)]
+        return ends[0], ends[1]
+
+    row("rules broken while learning", *both("{:,}", "violations"))
+    row("episodes, final ε", f"{training['episodes']:,}, {training['final_epsilon']:.4f}")
+    row("steps per second", *both("{:,.0f}", "steps_per_second"))
+    row("average score at the end", *last("{:.1f}", "score"))
+    row("tasks completed at the end", *last("{:.1%}", "completion"))
+    row(f"greedy policy completes within {limit} steps", *policies("completion"))
+    row("greedy policy ever breaks a rule", *policies("violation_probability"))
+    row("value of the greedy policy", f"{greedy['value']:.9f}")
+    row("value of the optimum", f"{optimal['value']:.9f}")
+    row("gap (solver's bound)", f"{greedy['gap']:.1e} ({optimal['bound'] + greedy['bound']:.0e})")
+    row("expected steps, optimum", f"{optimal['expected_steps']:.4f}")
+    row("steps where nothing drops", f"{optimal['steps_without_drop']:g}")
+    return table
