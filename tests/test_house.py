@@ -1,0 +1,90 @@
+"""The gates of the house: the front door, the wheel, the published text."""
+
+import json
+import re
+import subprocess
+import sys
+import sysconfig
+import venv
+from pathlib import Path
+
+import pytest
+
+import supremal
+
+ROOT = Path(__file__).parents[1]
+SOURCE = ROOT / "src" / "supremal"
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
+HEAVY = {"gymnasium", "matplotlib", "numba", "torch"}
+IMPORT_SECONDS = 0.5
+
+
+def run(*command: str | Path, cwd: Path) -> str:
+    """Return what ``command`` prints; where it fails, fail with what it said."""
+    done = subprocess.run(command, cwd=cwd, capture_output=True, text=True, check=False)
+    if done.returncode:
+        pytest.fail(f"{command[0]} {command[1]} ...: exit {done.returncode}\n{done.stdout}{done.stderr}")
+    return done.stdout
+
+
+def files_of(package: Path) -> set[Path]:
+    """Return the files of ``package``, without what Python and numba cache beside them."""
+    files = (file.relative_to(package) for file in package.rglob("*") if file.is_file())
+    return {file for file in files if "__pycache__" not in file.parts}
+
+
+def test_front_door_is_sorted_and_documented() -> None:
+    names = supremal.__all__
+    assert names == sorted(set(names))
+    assert [name for name in names if not (getattr(supremal, name).__doc__ or "").strip()] == []
+
+
+def test_import_is_light(tmp_path: Path) -> None:
+    script = """if True:
+        import json, sys, time
+        begin = time.process_time()  # the time that it takes where nothing else runs
+        import supremal
+        print(json.dumps([time.process_time() - begin, list(sys.modules)]))
+    """
+    runs = [json.loads(run(sys.executable, "-c", script, cwd=tmp_path)) for _ in range(5)]
+    assert HEAVY.isdisjoint(runs[0][1])
+    assert min(seconds for seconds, _ in runs) < IMPORT_SECONDS
+
+
+def test_wheel_works_away_from_the_sources(tmp_path: Path) -> None:
+    run(sys.executable, "-m", "build", "--wheel", "--no-isolation", "--outdir", tmp_path, ROOT, cwd=tmp_path)
+    (wheel,) = tmp_path.glob("supremal-*.whl")
+    home = tmp_path / "venv"
+    venv.create(home, symlinks=True)
+    base = {"base": str(home), "platbase": str(home)}
+    python = Path(sysconfig.get_path("scripts", "venv", base)) / Path(sys.executable).name
+    site = Path(sysconfig.get_path("purelib", "venv", base))
+    run(sys.executable, "-m", "pip", "--python", python, "install", "-q", "--no-deps", wheel, cwd=tmp_path)
+    # The dependencies come from here; a path named in a .pth brings no other .pth along, so not the sources.
+    (site / "dependencies.pth").write_text(sysconfig.get_path("purelib"), encoding="utf-8")
+
+    assert Path(run(python, "-c", "import supremal; print(supremal.__file__)", cwd=tmp_path).strip()) == (
+        site / "supremal" / "__init__.py"
+    )
+    assert files_of(site / "supremal") == files_of(SOURCE)
+    assert supremal.__version__ in run(python.with_name("supremal"), "--version", cwd=tmp_path)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_python_blocks_run_as_printed(page: Path, tmp_path: Path) -> None:
+    assert page.exists(), f"{page.name} is missing"
+    inside, lines = False, []
+    for line in page.read_text(encoding="utf-8").splitlines():
+        fence = line.startswith("```")
+        inside = line == "```python" or (inside and not fence)
+        lines.append(line if inside and not fence else "")  # so that a traceback gives the page's own line
+    script = tmp_path / page.with_suffix(".py").name
+    script.write_text("\n".join(lines), encoding="utf-8")
+    run(sys.executable, "-W", "error", script, cwd=tmp_path)
+
+
+def test_no_address_of_a_package_registry() -> None:
+    listed = run("git", "ls-files", "-z", "--cached", "--others", "--exclude-standard", cwd=ROOT)
+    address = re.compile(rb"https?://[^\s\"]*(pypi|pythonhosted|npmjs|debian)\.")
+    files = [ROOT / name for name in listed.split("\0") if name]
+    assert [str(file) for file in files if file.is_file() and address.search(file.read_bytes())] == []
