@@ -50,7 +50,7 @@ def algorithm_1(
 ) -> tuple[dict[tuple[int, int], float], list[tuple[float, int, bool, int]]]:
     """The paper's listing, line by line."""
     random = uniforms(seed)
-    q = dict.fromkeys(np.argwhere(mask).tolist(), 0.0)
+    q = dict.fromkeys(map(tuple, np.argwhere(mask).tolist()), 0.0)
     actions = {s: [a for a in range(mdp.n_actions) if (s, a) in q] for s in range(mdp.n_states)}
     starts = np.flatnonzero(mdp.initial).tolist()
     episodes = []

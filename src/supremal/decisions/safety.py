@@ -45,17 +45,26 @@ def safe_actions(mdp: TabularMDP, *, nonblocking: bool = True, lookahead: Lookah
 
     Notes
     -----
-    Linear in the outcomes for each round of nonblocking, usually one or two.  Source: section 2 of the
-    design; for nonblocking = False the maximal end component of the safe states.
+    Linear in the outcomes for each round of nonblocking, usually one or two.  Without it
+    this is the safety game that the agent plays against chance; with it, almost-sure reaching (Baier, Katoen,
+    *Principles of Model Checking*, section 10.6.3).
 
     Examples
     --------
-    >>> from supremal import Alphabet, from_outcomes, from_text, product, safe_actions >>> fork =
-    from_outcomes( ...     [(0, "left", 1, 1.0, ("left",)), (0, "right", 2, 1.0, ("right",)), (1, "left", 2,
-    1.0, ("left",))], ...     alphabet=Alphabet(("left", "right")), ...     terminal=[2], ... ) >>>
-    never_left_left = from_text("0 -right-> 0 \n 0 -left-> 1 \n 1 -right-> 0", alphabet=fork.alphabet) >>> p =
-    product(fork, [never_left_left]) >>> safe_actions(p)[0].tolist(), safe_actions(p,
-    lookahead="one_step")[0].tolist() ([False, True], [True, True])
+    >>> from supremal import Alphabet, from_outcomes, from_text, product, safe_actions
+    >>> fork = from_outcomes(
+    ...     [
+    ...         (0, "left", 1, 1.0, ("left",)),
+    ...         (0, "right", 2, 1.0, ("right",)),
+    ...         (1, "left", 2, 1.0, ("left",)),
+    ...     ],
+    ...     alphabet=Alphabet(("left", "right")),
+    ...     terminal=[2],
+    ... )
+    >>> never_twice = from_text("0 -right-> 0 \n 0 -left-> 1 \n 1 -right-> 0", alphabet=fork.alphabet)
+    >>> p = product(fork, [never_twice])
+    >>> safe_actions(p)[0].tolist(), safe_actions(p, lookahead="one_step")[0].tolist()
+    ([False, True], [True, True])
     """
     if lookahead not in ("full", "one_step"):
         message = f"lookahead is {lookahead!r}; 'full' or 'one_step' is needed"
