@@ -33,19 +33,20 @@ def rehash(slots: Ints, keys: Longs, count: int) -> Ints:
 
 
 @kernel
-def find_row(slots: Ints, keys: Longs, row: Longs) -> int:
-    """`find_slot` for keys of several integers: those of number ``i`` are ``keys[i * n : (i + 1) * n]``."""
-    n = row.shape[0]
+def find_row(slots: Longs, key: Longs) -> int:
+    """Return the slot of a key of several integers: its own, or the free one to take.
+
+    A slot is a row (number + 1, key), so that looking a key up touches one line of memory; zeros are free.
+    """
     mask = slots.shape[0] - 1
     mixed = np.int64(0)
-    for w in range(n):
-        mixed = (((mixed >> 17) ^ row[w] ^ (row[w] >> 31)) & 0x7FFFFFFF) * 0x9E3779B1
+    for word in key:
+        mixed = (((mixed >> 17) ^ word ^ (word >> 31)) & 0x7FFFFFFF) * 0x9E3779B1
     slot: int = (mixed ^ (mixed >> 29)) & mask
-    while slots[slot] != NONE:
-        at = np.int64(slots[slot]) * n
+    while slots[slot, 0] != 0:
         same = True
-        for w in range(n):
-            if keys[at + w] != row[w]:
+        for w in range(key.shape[0]):
+            if slots[slot, w + 1] != key[w]:
                 same = False
                 break
         if same:
@@ -55,11 +56,12 @@ def find_row(slots: Ints, keys: Longs, row: Longs) -> int:
 
 
 @kernel
-def rehash_rows(slots: Ints, keys: Longs, count: int, n: int) -> Ints:
-    """`rehash` for keys of ``n`` integers."""
-    wider = np.full(slots.shape[0] * 2, NONE, np.int32)
-    for i in range(count):
-        wider[find_row(wider, keys, keys[i * n : (i + 1) * n])] = i
+def rehash_rows(slots: Longs) -> Longs:
+    """Return a table of twice the size with the same keys and numbers."""
+    wider = np.zeros((slots.shape[0] * 2, slots.shape[1]), np.int64)
+    for i in range(slots.shape[0]):
+        if slots[i, 0] != 0:
+            wider[find_row(wider, slots[i, 1:])] = slots[i]
     return wider
 
 

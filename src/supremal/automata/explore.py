@@ -13,11 +13,13 @@ import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import prod
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
+from numpy.typing import NDArray
 
-from supremal._arrays import Bools, Ints, Longs
+from supremal._arrays import NONE, Bools, Ints, Longs
+from supremal._hash import find_row, rehash_rows
 from supremal.automata import _kernels
 from supremal.automata.alphabet import Alphabet, union
 from supremal.automata.automaton import Automaton
@@ -25,6 +27,9 @@ from supremal.errors import AutomatonError
 
 _DIRECT: Final = 1 << 28
 """Up to so many combinations of states the table is addressed directly; its pages come as needed."""
+
+_ROOM: Final = 1 << 22
+"""The most states that there is room for at first; here too pages come as needed."""
 
 _BITS: Final = 62
 _MEMORY_SHARE: Final = 0.4
@@ -61,7 +66,7 @@ class Exploration:
 
     def delta(self) -> Ints:
         """Return the edges as a dense table, ``int32 [S, E]``."""
-        table = np.full((len(self.bad), len(self.alphabet)), -1, np.int32)
+        table = np.full((len(self.bad), len(self.alphabet)), NONE, np.int32)
         _kernels.fill_table(self.start, self.event, self.target, table)
         return table
 
@@ -108,12 +113,13 @@ def explore(
     if 0 in sizes:
         return _nothing(alphabet, len(parts))
     place, shift, bits = _packing(sizes)
-    words = int(place.max(initial=0)) + 1
     direct = prod(sizes) <= _DIRECT
+    blocks = -(-len(alphabet) // _kernels.BLOCK)
     start, part, column = _participants(alphabet, parts)
-    uncontrollable = ~alphabet.controllable
-    split = np.append(0, np.cumsum(part < len(plants)))[start]
-    keys, first, event, target, bad, offers = _kernels.explore(
+    possible = np.concatenate([np.empty((0, blocks), np.int64), *(_possible(alphabet, p) for p in parts)])
+    table = np.zeros(prod(sizes) if direct else 0, np.int32)  # numbers counted from 1: free pages are zeros
+    table[:1] = 1
+    model = (
         np.concatenate([np.empty(0, np.int32), *(p.delta.reshape(-1) for p in parts)]),
         np.cumsum([0, *(p.delta.size for p in parts[:-1])], dtype=np.int64),
         np.array([len(p.alphabet) for p in parts], np.int64),
@@ -121,28 +127,84 @@ def explore(
         place,
         shift,
         bits,
-        words,
-        (np.argsort(~uncontrollable, kind="stable") if specs else np.arange(len(alphabet))).astype(np.int32),
+        possible,
+        np.cumsum([0, *sizes[:-1]], dtype=np.int64),
+        _pack(alphabet.controllable[None])[0],
+        _pack(~alphabet.controllable[None])[0],
+        len(plants),
         start,
-        np.diff(split).astype(np.int32),
         part,
         column,
-        uncontrollable,
-        np.zeros(prod(sizes) if direct else 0, np.int32),
-        limit,
+        table,
     )
-    rows = keys.reshape(-1, words)
-    if len(rows) > limit:
+    room = min(prod(sizes), _ROOM)
+    found = _Found(len(alphabet), int(place.max(initial=0)) + 1, room, hashed=not direct)
+    while found.done[0] < found.done[1] <= limit:
+        found.make_room()
+        _kernels.explore(*model, *found.arrays(), found.done)
+    _, count, edges = found.done.tolist()
+    if count > limit:
         named = ", ".join(f"{p.name or f'part {k}'} ({p.n_states})" for k, p in enumerate(parts))
         message = f"the product of {named} states has more than {limit:,}; raise max_states or split it"
         raise AutomatonError(message)
-    states = np.empty((len(rows), len(parts)), np.int32)
-    for k in range(len(parts)):
-        states[:, k] = (rows[:, place[k]] >> shift[k]) & bits[k]
-    marked = np.ones(len(rows), np.bool_)
+    states = np.empty((count, len(parts)), np.int32)
+    _kernels.unpack(found.keys, place, shift, bits, states)
+    marked = np.ones(count, np.bool_)
     for k, p in enumerate(parts):
-        marked &= p.marked[states[:, k]]
-    return Exploration(alphabet, states, first, event, target, marked, bad, offers)
+        if not p.marked.all():
+            marked &= p.marked[states[:, k]]
+    return Exploration(
+        alphabet,
+        states,
+        found.start[: count + 1],
+        found.event[:edges],
+        found.target[:edges],
+        marked,
+        found.bad[:count],
+        found.offers[:count],
+    )
+
+
+class _Found:
+    """The arrays that exploring fills; ``done`` counts states explored, states found, and edges."""
+
+    def __init__(self, events: int, words: int, room: int, *, hashed: bool) -> None:
+        self.events = events
+        self.done = np.array([0, 1, 0])
+        room += 2 * events
+        self.slots = np.zeros((1 << (4 * events).bit_length() + 10 if hashed else 1, words + 1), np.int64)
+        self.keys = np.zeros((room, words), np.int64)
+        self.start = np.zeros(room + 1, np.int64)
+        self.bad, self.offers = np.zeros(room, np.bool_), np.zeros(room, np.bool_)
+        self.event, self.target = np.empty(4 * room, np.int32), np.empty(4 * room, np.int32)
+        self.hashed = hashed
+        if hashed:
+            self.slots[find_row(self.slots, self.keys[0]), 0] = 1
+
+    def make_room(self) -> None:
+        """Double what the next state may not fit."""
+        _, count, edges = self.done.tolist()
+        if count + self.events > len(self.keys):
+            room = 2 * len(self.keys)
+            self.keys = _grown(self.keys, room)
+            self.start = _grown(self.start, room + 1)
+            self.bad, self.offers = _grown(self.bad, room), _grown(self.offers, room)
+        if edges + self.events > len(self.event):
+            room = 2 * len(self.event)
+            self.event, self.target = _grown(self.event, room), _grown(self.target, room)
+        if self.hashed and 2 * (count + self.events) > len(self.slots):
+            self.slots = rehash_rows(self.slots)
+
+    def arrays(self) -> tuple[Longs, Longs, Longs, Bools, Bools, Ints, Ints]:
+        """Return the arrays in the kernel's order."""
+        return self.slots, self.keys, self.start, self.bad, self.offers, self.event, self.target
+
+
+def _grown(array: NDArray[Any], room: int) -> NDArray[Any]:
+    """Return ``array`` with zeros behind it, ``room`` entries in all."""
+    wider = np.zeros((room, *array.shape[1:]), array.dtype)
+    wider[: len(array)] = array
+    return wider
 
 
 def _nothing(alphabet: Alphabet, parts: int) -> Exploration:
@@ -164,6 +226,22 @@ def _packing(sizes: Sequence[int]) -> tuple[Longs, Longs, Longs]:
         used += width
     masks = [(1 << width) - 1 for width in widths]
     return np.array(place, np.int64), np.array(shift, np.int64), np.array(masks, np.int64)
+
+
+def _possible(alphabet: Alphabet, part: Automaton) -> Longs:
+    """Return which events ``part`` can follow, or does not know, in each state; ``[S, blocks]``."""
+    can = np.ones((part.n_states, len(alphabet)), np.bool_)
+    can[:, [alphabet.index(name) for name in part.alphabet]] = part.delta != NONE
+    return _pack(can)
+
+
+def _pack(rows: Bools) -> Longs:
+    """Return rows of truth values as integers of `BLOCK` bits each."""
+    blocks = -(-rows.shape[1] // _kernels.BLOCK)
+    packed = np.zeros((rows.shape[0], blocks), np.int64)
+    for e in range(rows.shape[1]):
+        packed[:, e // _kernels.BLOCK] |= rows[:, e].astype(np.int64) << e % _kernels.BLOCK
+    return packed
 
 
 def _participants(alphabet: Alphabet, parts: Sequence[Automaton]) -> tuple[Longs, Ints, Ints]:

@@ -98,10 +98,9 @@ def find_blocked(into: Longs, source: Ints, marked: Bools, good: Bools, alive: B
 
 
 @kernel
-def cut(start: Longs, event: Ints, target: Ints, good: Bools, events: int) -> tuple[Ints, Ints]:
-    """Return the ``good`` states reachable through good ones, in breadth-first order, and their table."""
+def reach(start: Longs, target: Ints, good: Bools, number: Ints) -> Ints:
+    """Return the ``good`` states reachable through good ones, nearest first; ``number`` numbers them."""
     states = good.shape[0]
-    number = np.full(states, NONE, np.int32)
     order = np.empty(states, np.int32)
     count = 0
     if states > 0 and good[0]:
@@ -117,8 +116,17 @@ def cut(start: Longs, event: Ints, target: Ints, good: Bools, events: int) -> tu
                 order[count] = t
                 count += 1
         head += 1
-    delta = np.full((count, events), NONE, np.int32)
-    for i in range(count):
+    return order[:count]
+
+
+@kernel
+def fill(
+    start: Longs, event: Ints, target: Ints, order: Ints, number: Ints, delta: Ints, enabled: Bools
+) -> None:
+    """Write the edges between numbered states to ``delta [len(order), E]``, and that they are ``enabled``."""
+    for i in range(order.shape[0]):
         for k in range(start[order[i]], start[order[i] + 1]):
-            delta[i, event[k]] = number[target[k]]
-    return order[:count].copy(), delta
+            to = number[target[k]]
+            delta[i, event[k]] = to
+            if to != NONE:
+                enabled[i, event[k]] = True

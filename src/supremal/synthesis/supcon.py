@@ -84,7 +84,15 @@ def synthesize(
     into, source = _kernels.turn_round(graph.start, graph.event, graph.target, free)
     marked = graph.marked if nonblocking else np.ones(good.size, np.bool_)
     _kernels.shrink(into, source, marked, good, left)
-    order, delta = _kernels.cut(graph.start, graph.event, graph.target, good, len(free))
+    number = np.full(good.size, NONE, np.int32)
+    order = _kernels.reach(graph.start, graph.target, good, number)
+    delta = np.full((order.size, free.size), NONE, np.int32)
+    enabled = np.repeat(~free[None], order.size, axis=0)
+    _kernels.fill(graph.start, graph.event, graph.target, order, number, delta, enabled)
+    states = graph.states[order]
+    plant_state = states[:, : len(plants)].copy()
+    for array in (delta, enabled, states, plant_state):
+        array.flags.writeable = False  # so that they are not copied again
     name = " ∥ ".join(part.name for part in (*plants, *specs) if part.name)
-    behaviour = Automaton(graph.alphabet, delta, graph.marked[order], graph.states[order], name=name)
-    return Supervisor(behaviour, behaviour.origin[:, : len(plants)], (delta != NONE) | ~free)
+    behaviour = Automaton(graph.alphabet, delta, graph.marked[order], states, name=name)
+    return Supervisor(behaviour, plant_state, enabled)
