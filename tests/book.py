@@ -82,6 +82,11 @@ def marked_words(machine: Machine, length: int) -> set[Word]:
     return {word for word in all_words(machine.events, length) if after(machine, word) in machine.marked}
 
 
+def apart(one: Iterable[Word], two: Iterable[Word]) -> Word | None:
+    """The shortest word that only one of two finite languages has; a better message than their difference."""
+    return min(set(one) ^ set(two), key=lambda word: (len(word), word), default=None)
+
+
 def project(word: Word, events: frozenset[str]) -> Word:
     """P(word): the events of a smaller alphabet, in order."""
     return tuple(event for event in word if event in events)
@@ -184,6 +189,39 @@ def distance(machine: Machine, goals: frozenset[State]) -> int | None:
     return None
 
 
+def estimate(machine: Machine, word: Word, events: frozenset[str]) -> frozenset[State]:
+    """The states that some s with P(s) = ``word`` leads to, where P erases all but ``events``."""
+
+    def unseen(states: frozenset[State]) -> frozenset[State]:
+        while True:
+            hidden = machine.events - events
+            wider = states | {to for (s, e), to in machine.moves.items() if s in states and e in hidden}
+            if wider == states:
+                return states
+            states = wider
+
+    states = unseen(frozenset() if machine.initial is None else frozenset({machine.initial}))
+    for event in word:
+        states = unseen(frozenset(to for (s, e), to in machine.moves.items() if s in states and e == event))
+    return states
+
+
+def indistinguishable(machine: Machine) -> set[tuple[State, State]]:
+    """Pairs of states with the same two languages: take out those that an event, or a mark, tells apart."""
+    pairs = {(p, q) for p in machine.states for q in machine.states}
+    pairs = {(p, q) for p, q in pairs if (p in machine.marked) == (q in machine.marked)}
+    while True:
+        ahead = pairs | {(None, None)}
+        fewer = {
+            (p, q)
+            for p, q in pairs
+            if all((machine.moves.get((p, e)), machine.moves.get((q, e))) in ahead for e in machine.events)
+        }
+        if fewer == pairs:
+            return pairs
+        pairs = fewer
+
+
 # --- control ----------------------------------------------------------------------------------------------
 
 
@@ -222,7 +260,18 @@ def uncontrollable_words(plant: Machine, spec: Machine, length: int) -> set[tupl
     }
 
 
-def supcon(plant: Machine, spec: Machine, *, nonblocking: bool) -> Machine:
+def idle(plant: Machine, behaviour: Machine) -> frozenset[State]:
+    """The states in which ``behaviour`` forbids all that the plant can do and a supervisor can forbid."""
+    free = behaviour.events - behaviour.uncontrollable
+    return frozenset(
+        pair
+        for pair in behaviour.states
+        if any(can(plant, pair[0], event) for event in free)
+        and not any((pair, event) in behaviour.moves for event in free)
+    )
+
+
+def supcon(plant: Machine, spec: Machine, *, nonblocking: bool, must_act: bool = False) -> Machine:
     """The supremal controllable (nonblocking) sublanguage: take out bad states until none is left."""
     whole = sync(plant, spec)
     good = whole.states
@@ -231,6 +280,8 @@ def supcon(plant: Machine, spec: Machine, *, nonblocking: bool) -> Machine:
         bad = escapes(plant, inside)
         if nonblocking:
             bad |= inside.states - coaccessible(inside)
+        if must_act:
+            bad |= idle(plant, inside)
         if not bad:
             return inside
         good = inside.states - bad

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
-from itertools import permutations
+from itertools import permutations, product
 
 import numpy as np
 from hypothesis import strategies as st
@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 from supremal import Alphabet, Automaton, from_transitions
 
 UNCONTROLLABLE = frozenset("uv")
+SEEDS = st.integers(0, 2**32 - 1)
 
 
 def alphabets(*, events: str = "abuv", min_size: int = 0, max_size: int = 3) -> st.SearchStrategy[Alphabet]:
@@ -32,16 +33,55 @@ def automata(
     max_events: int = 3,
     min_states: int = 0,
     max_states: int = 4,
+    missing: float = 0.3,
+    missing_uncontrollable: float = 0.3,
+    marked: float = 0.5,
 ) -> Automaton:
-    """Any automaton: partial, with unreachable and blocking states, any states marked; even the empty one."""
-    alphabet = draw(alphabets(events=events, min_size=min_events, max_size=max_events))
-    states = draw(st.integers(min_states, max_states))
-    size = states * len(alphabet)
-    drawn = draw(st.binary(min_size=size + states, max_size=size + states))  # one draw is faster than many
-    numbers = np.frombuffer(drawn, np.uint8).astype(np.int32)
-    return Automaton(
-        alphabet, (numbers[:size] % (states + 1) - 1).reshape(states, len(alphabet)), numbers[size:] % 2 == 1
+    """Any automaton: partial, with unreachable and blocking states, any states marked; even the empty one.
+
+    ``missing`` is the share of transitions that are not there, ``marked`` that of marked states.  Automata
+    come from a seed: where Hypothesis draws their parts one by one, it favours zeros, and the product of two
+    nearly always has one state or none.
+    """
+    rng = np.random.default_rng(draw(SEEDS))
+    size = int(rng.choice([max_events, rng.integers(min_events, max_events + 1)]))
+    names = rng.permutation(list(events))[:size].tolist()
+    size = len(names)
+    states = int(rng.choice([max_states] * 3 + [rng.integers(min_states, max_states + 1)]))
+    alphabet = Alphabet(tuple(names), UNCONTROLLABLE & set(names))
+    share = np.where(alphabet.controllable, missing, missing_uncontrollable)
+    targets = rng.integers(0, max(states, 1), (states, size))
+    delta = np.where(rng.random((states, size)) < share, -1, targets)
+    return Automaton(alphabet, delta, rng.random(states) < marked)
+
+
+def plants(max_states: int = 5) -> st.SearchStrategy[Automaton]:
+    """Automata that go with `specifications`: with one in five, a part and not all can be enforced."""
+    return automata(
+        events="abcu",
+        min_events=2,
+        max_events=4,
+        max_states=max_states,
+        missing=0.4,
+        missing_uncontrollable=0.6,
     )
+
+
+def specifications(max_states: int = 4) -> st.SearchStrategy[Automaton]:
+    """Automata that rarely forbid what cannot be controlled, so that something can be enforced."""
+    return automata(
+        events="abcu",
+        min_events=2,
+        max_events=4,
+        max_states=max_states,
+        missing=0.2,
+        missing_uncontrollable=0.15,
+    )
+
+
+def models() -> st.SearchStrategy[tuple[Automaton, Automaton]]:
+    """Plants and specifications: some that fit each other, some of any kind."""
+    return st.tuples(plants(), specifications()) | st.tuples(automata(), automata())
 
 
 @st.composite
@@ -53,15 +93,16 @@ def unsafe_sequences(draw: st.DrawFn) -> Automaton:
     return replace(found, marked=marked)
 
 
-def trie(alphabet: Alphabet, language: Iterable[Iterable[str]], *, name: str = "") -> Automaton:
-    """The tree of a finite language: a state for every prefix."""
-    listed = [tuple(word) for word in language]
+def trie(
+    alphabet: Alphabet, language: Iterable[Iterable[str]], *, unmarked: Iterable[str] = (), name: str = ""
+) -> Automaton:
+    """The tree of a finite language: a state for every prefix; those of ``unmarked`` words are not marked."""
+    listed = {tuple(word) for word in language}
     path = {word[:n]: "".join(word[:n]) or "ε" for word in listed for n in range(len(word) + 1)}
     arrows = [(path[word[:-1]], word[-1], path[word]) for word in sorted(path) if word]
     states = [path[word] for word in sorted(path)]
-    return from_transitions(
-        alphabet, arrows, states=states, marked=[path[word] for word in listed], name=name
-    )
+    marked = [path[word] for word in sorted(listed - {tuple(word) for word in unmarked})]
+    return from_transitions(alphabet, arrows, states=states, marked=marked, name=name)
 
 
 def words(events: str = "abuv", max_size: int = 6) -> st.SearchStrategy[list[str]]:
@@ -69,12 +110,15 @@ def words(events: str = "abuv", max_size: int = 6) -> st.SearchStrategy[list[str
     return st.lists(st.sampled_from(events), max_size=max_size)
 
 
+@st.composite
 def languages(
-    events: str = "abu", max_size: int = 4, max_length: int = 3
-) -> st.SearchStrategy[frozenset[tuple[str, ...]]]:
-    """Finite languages."""
-    word = st.lists(st.sampled_from(events), max_size=max_length).map(tuple)
-    return st.frozensets(word, max_size=max_size)
+    draw: st.DrawFn, events: str = "abu", max_size: int = 4, max_length: int = 3
+) -> frozenset[tuple[str, ...]]:
+    """Finite languages, from a seed as `automata` are."""
+    rng = np.random.default_rng(draw(SEEDS))
+    everything = [word for n in range(max_length + 1) for word in product(events, repeat=n)]
+    chosen = rng.choice(len(everything), rng.integers(max_size + 1), replace=False)
+    return frozenset(everything[k] for k in chosen)
 
 
 # --- formulas ---------------------------------------------------------------------------------------------

@@ -185,7 +185,7 @@ def test_restrict_keeps_the_enabled_actions(lines: list[Outcome], data: st.DataO
             [(0, "go", -1, 1.0, ())],
             {},
             MDPError,
-            "next_state holds -1 to -1; 0 to 0 are known",
+            "state -1 is below 0; states are counted from 0",
             id="next state",
         ),
         pytest.param(

@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 from hypothesis import assume, given, settings
+from hypothesis import strategies as st
 
 import book
-from strategies import UNCONTROLLABLE, automata, languages, trie
+from strategies import automata, languages, models, plants, specifications, trie
 from supremal import (
     Alphabet,
     AlphabetError,
@@ -41,6 +42,7 @@ from supremal._jit import COMPILED
 pytestmark = pytest.mark.engine
 
 LENGTH = 4
+ABU = Alphabet(("a", "b", "u"), frozenset({"u"}))
 RECOVERY = """
     name recovery
     uncontrollable d_u
@@ -126,15 +128,41 @@ def test_models_of_known_size(path: Path) -> None:
 # --- the definitions --------------------------------------------------------------------------------------
 
 
-@given(automata(), automata())
-def test_supervisors_by_the_naive_fixpoint(plant: Automaton, spec: Automaton) -> None:
+@given(models())
+def test_supervisors_by_the_naive_fixpoint(model: tuple[Automaton, Automaton]) -> None:
+    plant, spec = model
     for nonblocking in (True, False):
-        found = synthesize(plant, spec, nonblocking=nonblocking)
-        assert pairs(found) == book.supcon(book.read(plant), book.read(spec), nonblocking=nonblocking)
+        for must_act in (False, True):
+            asked = {"nonblocking": nonblocking, "must_act": must_act}
+            found = synthesize(plant, spec, **asked)
+            assert pairs(found) == book.supcon(book.read(plant), book.read(spec), **asked)
 
 
-@given(automata(), automata())
-def test_what_a_supervisor_promises(plant: Automaton, spec: Automaton) -> None:
+@given(
+    st.lists(plants(3) | automata(max_states=3), max_size=3),
+    st.lists(specifications(3) | automata(max_states=2), max_size=2),
+)
+def test_parts_are_composed_on_the_fly(parts: list[Automaton], specs: list[Automaton]) -> None:
+    plant, spec = sync(*parts), sync(*specs)
+    for asked in ({}, {"nonblocking": False}, {"must_act": True}):
+        whole, found = synthesize(plant, spec, **asked), synthesize(parts, specs, **asked)
+        assert whole.automaton.alphabet == found.automaton.alphabet
+        assert whole.automaton.delta.tolist() == found.automaton.delta.tolist()
+        assert whole.automaton.marked.tolist() == found.automaton.marked.tolist()
+        assert whole.enabled.tolist() == found.enabled.tolist()
+        assert plant.origin[whole.plant_state[:, 0]].tolist() == found.plant_state.tolist()
+    one, many = find_uncontrollable(plant, spec), find_uncontrollable(parts, specs)
+    assert (one and (one.word, one.event)) == (many and (many.word, many.event))
+    if many is not None:
+        names = book.after(
+            book.sync(*map(book.read, parts)), book.project(many.word, frozenset(plant.alphabet))
+        )
+        assert many.plant_state == ", ".join(map(str, names or ()))
+
+
+@given(models())
+def test_what_a_supervisor_promises(model: tuple[Automaton, Automaton]) -> None:
+    plant, spec = model
     supervisor = synthesize(plant, spec)
     behaviour, alphabet = supervisor.automaton, supervisor.automaton.alphabet
     assert is_included(behaviour, sync(plant, spec))
@@ -156,8 +184,9 @@ def test_what_a_supervisor_promises(plant: Automaton, spec: Automaton) -> None:
 
 
 @settings(max_examples=50)
-@given(automata(), automata())
-def test_a_second_synthesis_changes_nothing(plant: Automaton, spec: Automaton) -> None:
+@given(models())
+def test_a_second_synthesis_changes_nothing(model: tuple[Automaton, Automaton]) -> None:
+    plant, spec = model
     once = synthesize(plant, spec).automaton
     again = synthesize(plant, once).automaton
     assert is_same_language(once, again)
@@ -165,7 +194,7 @@ def test_a_second_synthesis_changes_nothing(plant: Automaton, spec: Automaton) -
 
 
 @settings(max_examples=50)
-@given(automata(), automata(), automata())
+@given(plants(), specifications(), specifications())
 def test_a_wider_specification_gives_a_wider_supervisor(
     plant: Automaton, spec: Automaton, other: Automaton
 ) -> None:
@@ -176,8 +205,9 @@ def test_a_wider_specification_gives_a_wider_supervisor(
 
 
 @settings(max_examples=50)
-@given(automata(), automata())
-def test_a_controllable_specification_is_kept_whole(plant: Automaton, spec: Automaton) -> None:
+@given(models())
+def test_a_controllable_specification_is_kept_whole(model: tuple[Automaton, Automaton]) -> None:
+    plant, spec = model
     both = sync(plant, spec)
     whole = is_same_language(synthesize(plant, spec).automaton, both)
     assert whole == is_controllable(plant, both)
@@ -185,7 +215,7 @@ def test_a_controllable_specification_is_kept_whole(plant: Automaton, spec: Auto
     assert is_same_language(mark_all(closed), mark_all(both)) == is_controllable(plant, mark_all(both))
 
 
-@given(automata(max_states=3), automata(max_states=3))
+@given(plants(3), specifications(3))
 def test_controllability_word_for_word(plant: Automaton, spec: Automaton) -> None:
     violations = book.uncontrollable_words(book.read(plant), book.read(spec), LENGTH)
     found = find_uncontrollable(plant, spec)
@@ -197,8 +227,9 @@ def test_controllability_word_for_word(plant: Automaton, spec: Automaton) -> Non
         assert (found.word, found.event) in violations
 
 
-@given(automata(), automata())
-def test_controllability_state_by_state(plant: Automaton, spec: Automaton) -> None:
+@given(models())
+def test_controllability_state_by_state(model: tuple[Automaton, Automaton]) -> None:
+    plant, spec = model
     machine, closure = book.read(plant), book.trim(book.read(spec))
     both = book.sync(machine, closure)
     found = find_uncontrollable(plant, spec)
@@ -231,7 +262,7 @@ def test_find_blocking_is_a_shortest_witness(automaton: Automaton) -> None:
 
 
 @settings(max_examples=50)
-@given(automata(min_states=1, max_states=3, min_events=1), automata(min_states=1, max_states=2))
+@given(plants(3), specifications(2))
 def test_no_other_subautomaton_is_better(plant: Automaton, spec: Automaton) -> None:
     machine = book.read(plant)
     whole = book.sync(machine, book.read(spec))
@@ -248,36 +279,29 @@ def test_no_other_subautomaton_is_better(plant: Automaton, spec: Automaton) -> N
             assert rival.moves.items() <= greatest.moves.items()
 
 
-@given(languages(), languages(max_size=6), languages(max_size=5))
+@given(languages("abu", 6, 3), languages("abu", 2, 3), languages("abu", 3, 3))
 def test_the_union_of_all_controllable_sublanguages(
-    paths: frozenset[book.Word], ends: frozenset[book.Word], allowed: frozenset[book.Word]
+    allowed: frozenset[book.Word], more: frozenset[book.Word], unmarked: frozenset[book.Word]
 ) -> None:
     """K↑ = ∪ {Kᵢ ⊆ K : Kᵢ is controllable}, as the paper has it, with every Kᵢ of a finite K tried."""
-    sigma = Alphabet(("a", "b", "u"), UNCONTROLLABLE & {"u"})
-    possible = book.prefixes(paths | ends)
-    plant = trie(sigma, possible)
-    marked = np.array(
-        [name in {"".join(word) or "ε" for word in ends} for name in plant.state_names], np.bool_
-    )
-    plant = Automaton(sigma, plant.delta, marked, state_names=plant.state_names)
-    found = synthesize(plant, trie(sigma, allowed))
-    expected = book.supremal_language(ends & allowed, possible, {"u"})
-    assert book.marked_words(book.read(found.automaton), LENGTH) == expected
-    assert book.generated(book.read(found.automaton), LENGTH) == book.prefixes(expected)
+    possible = book.prefixes(allowed | more)
+    found = synthesize(trie(ABU, possible, unmarked=unmarked), trie(ABU, allowed))
+    expected = book.supremal_language(allowed - unmarked, possible, {"u"})
+    behaviour = book.read(found.automaton)
+    assert book.apart(book.marked_words(behaviour, LENGTH), expected) is None
+    assert book.apart(book.generated(behaviour, LENGTH), book.prefixes(expected)) is None
 
 
-@given(languages(max_size=6), languages(max_size=3, max_length=2))
+@settings(max_examples=50)
+@given(languages("abu", 3, 3), languages("abu", 2, 3))
 def test_the_union_of_all_controllable_closed_sublanguages(
-    paths: frozenset[book.Word], allowed: frozenset[book.Word]
+    allowed: frozenset[book.Word], more: frozenset[book.Word]
 ) -> None:
-    sigma = Alphabet(("a", "b", "u"), UNCONTROLLABLE & {"u"})
-    plant, spec = trie(sigma, paths), trie(sigma, allowed)
-    found = synthesize(plant, spec, nonblocking=False)
-    both = book.prefixes(paths) & book.prefixes(allowed)
-    assert len(both) <= 7
-    # The closure of a controllable sublanguage of a closed language is one too, so trying them all will do.
-    expected = book.supremal_language(both, book.prefixes(paths), {"u"})
-    assert book.generated(book.read(found.automaton), LENGTH) == expected
+    """A controllable sublanguage of a closed language has a controllable closure: trying them all will do."""
+    closed, possible = book.prefixes(allowed), book.prefixes(allowed | more)
+    found = synthesize(trie(ABU, possible), trie(ABU, allowed), nonblocking=False)
+    expected = book.supremal_language(closed, possible, {"u"})
+    assert book.apart(book.generated(book.read(found.automaton), LENGTH), expected) is None
 
 
 # --- the paper's rule -------------------------------------------------------------------------------------
@@ -368,8 +392,9 @@ def test_the_monitor_of_the_empty_supervisor_enables_nothing() -> None:
     assert monitor.lost_at is None
 
 
-@given(automata(), automata())
-def test_a_monitor_enables_what_its_supervisor_does(plant: Automaton, spec: Automaton) -> None:
+@given(models())
+def test_a_monitor_enables_what_its_supervisor_does(model: tuple[Automaton, Automaton]) -> None:
+    plant, spec = model
     supervisor = synthesize(plant, spec)
     machine = book.read(supervisor.automaton)
     for word in book.generated(machine, 3):

@@ -19,7 +19,8 @@ Bools: TypeAlias = NDArray[np.bool_]
 def frozen(values: ArrayLike, dtype: DTypeLike, ndim: int) -> NDArray[Any]:
     """Return ``values`` as a C-ordered, read-only array that nobody else can write to.
 
-    An array that is already so is returned as it is; anything else is copied.
+    An array that is already so is returned as it is; anything else is copied.  A `ValueError` if the number
+    of dimensions is another, or a value does not fit ``dtype``.
 
     Examples
     --------
@@ -28,8 +29,11 @@ def frozen(values: ArrayLike, dtype: DTypeLike, ndim: int) -> NDArray[Any]:
     (False, True)
     """
     array = np.asarray(values)
-    owned = array is not values or (not array.flags.writeable and array.base is None)
+    owned = array.base is None and (array is not values or not array.flags.writeable)
     result = np.array(array, dtype=dtype, order="C", copy=None if owned else True)
+    if result.dtype != array.dtype and array.size and not np.array_equal(result, array):
+        message = f"values of type {array.dtype} do not fit {result.dtype}"
+        raise ValueError(message)
     if result.ndim != ndim:
         message = f"an array of {ndim} dimension(s) is needed, got shape {result.shape}"
         raise ValueError(message)

@@ -58,10 +58,10 @@ def from_transitions(
     """
     triples = [(str(source), event, str(target)) for source, event, target in transitions]
     names = dict.fromkeys(str(state) for state in states)
-    if initial is not None and not names:
-        names[str(initial)] = None
     for source, _, target in triples:
         names.update({source: None, target: None})
+    if initial is not None and not names:
+        names[str(initial)] = None
     order = list(names)
     start = str(initial) if initial is not None else (order[0] if order else "")
     _check_states([start] if order or start else [], names, name, "the initial state")

@@ -76,10 +76,14 @@ def as_parts(parts: Automaton | Sequence[Automaton]) -> tuple[Automaton, ...]:
     return (parts,) if isinstance(parts, Automaton) else tuple(parts)
 
 
-def default_max_states(events: int) -> int:
-    """Return how many states of a product over so many events fit two fifths of this machine's memory."""
+def default_max_states(events: int, parts: int = 1) -> int:
+    """Return how many states of a product fit two fifths of this machine's memory.
+
+    Synthesis takes about 5 bytes an event and 8 a part for each state of its result, and as much again, with
+    some ten edges, while it works.
+    """
     memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
-    return int(_MEMORY_SHARE * memory / (8 * events + 160))
+    return int(_MEMORY_SHARE * memory / (12 * events + 8 * parts + 200))
 
 
 def explore(
@@ -108,7 +112,7 @@ def explore(
     """
     parts = [*plants, *specs]
     alphabet = union(*(part.alphabet for part in parts))
-    limit = default_max_states(len(alphabet)) if max_states is None else max_states
+    limit = default_max_states(len(alphabet), len(parts)) if max_states is None else max_states
     sizes = [part.n_states for part in parts]
     if 0 in sizes:
         return _nothing(alphabet, len(parts))

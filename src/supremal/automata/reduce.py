@@ -9,11 +9,14 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
-from supremal._arrays import NONE, Bools, Ints
-from supremal._graph import coreachable_to, first_seed, of_table, reachable_from
+from supremal._arrays import NONE, Bools, Ints, Longs
+from supremal._graph import coreachable_to, first_seed, of_table, reachable_from, search
 from supremal.automata.alphabet import Alphabet
 from supremal.automata.automaton import Automaton
+from supremal.automata.subsets import subset_automaton
+from supremal.errors import AutomatonError
 
 
 def reachable(automaton: Automaton) -> Bools:
@@ -32,14 +35,31 @@ def keep(automaton: Automaton, states: Bools) -> Automaton:
     Where the initial state goes, all goes.
     """
     inside = reachable_from(*of_table(automaton.delta), first_seed(automaton.n_states), states)
+    return _renumbered(automaton, np.flatnonzero(inside))
+
+
+def breadth_first(automaton: Automaton, root: int = 0) -> Automaton:
+    """Return what is reachable from state ``root``, which becomes the initial one, in breadth-first order.
+
+    The order is that of the shortest words to the states, words of one length in the order of the alphabet:
+    automata that differ in the numbers of their states only become the same table.
+    """
+    seeds = np.zeros(automaton.n_states, np.bool_)
+    seeds[root : root + 1] = True
+    order, _ = search(*of_table(automaton.delta), seeds, np.ones_like(seeds))
+    return _renumbered(automaton, order)
+
+
+def _renumbered(automaton: Automaton, order: NDArray[np.integer]) -> Automaton:
+    """Return the states ``order`` of an automaton, in that order, and the transitions among them."""
     number = np.full(automaton.n_states + 1, NONE, np.int32)  # the last entry renames NONE to itself
-    number[:-1][inside] = np.arange(np.count_nonzero(inside))
-    names = tuple(automaton.state_names[s] for s in np.flatnonzero(inside)) if automaton.state_names else ()
+    number[order] = np.arange(len(order))
+    names = tuple(automaton.state_names[s] for s in order) if automaton.state_names else ()
     return Automaton(
         automaton.alphabet,
-        number[automaton.delta[inside]],
-        automaton.marked[inside],
-        automaton.origin[inside],
+        number[automaton.delta[order]],
+        automaton.marked[order],
+        automaton.origin[order],
         names,
         automaton.name,
     )
@@ -76,16 +96,19 @@ def complete(automaton: Automaton, *, trap: str = "trap", marked: bool = False) 
 
     The trap is there even if no transition is missing; ``marked`` marks it.
     """
-    states, events = automaton.delta.shape
-    delta = np.vstack([automaton.delta, np.full((1, events), states)])
-    delta[delta == NONE] = states
-    names = automaton.state_names or tuple(str(s) for s in range(states))
+    names = automaton.state_names or tuple(str(s) for s in range(automaton.n_states))
     while trap in names:
         trap += "'"
+    return replace(add_trap(automaton, marked=marked), state_names=(*names, trap))
+
+
+def add_trap(automaton: Automaton, *, marked: bool = False) -> Automaton:
+    """Return what `complete` does, without names for the states."""
+    states, events = automaton.delta.shape
+    delta = np.vstack([automaton.delta, np.full((1, events), states, np.int32)])
+    delta[delta == NONE] = states
     own = np.append(automaton.origin, np.full((1, automaton.origin.shape[1]), NONE), axis=0)
-    return Automaton(
-        automaton.alphabet, delta, np.append(automaton.marked, marked), own, (*names, trap), automaton.name
-    )
+    return Automaton(automaton.alphabet, delta, np.append(automaton.marked, marked), own, name=automaton.name)
 
 
 def complement(automaton: Automaton) -> Automaton:
@@ -122,41 +145,41 @@ def determinise(
     name
         What to call the result.
 
+    Raises
+    ------
+    AutomatonError
+        If a number is none of a state or an event, or the sets do not fit the machine.
+
     Notes
     -----
     A state stands for the set of states that a word can lead to; up to 2^S of them.  Source: Cassandras,
-    Lafortune, section 2.3.4.
+    Lafortune, section 2.3.4; see `supremal.automata.subsets`.
     """
-    moves: dict[int, list[list[int]]] = {}
-    silent: dict[int, list[int]] = {}
-    for s, e, t in transitions:
-        if e == NONE:
-            silent.setdefault(s, []).append(t)
-        else:
-            moves.setdefault(s, [[] for _ in alphabet])[e].append(t)
+    source, event, target = np.array([*transitions], np.int64).reshape(-1, 3).T
+    start, goal = np.array([*initial], np.int64), np.array([*marked], np.int64)
+    numbers = np.concatenate([source, target, start, goal])
+    states = 1 + int(numbers.max(initial=-1))
+    strange = np.append(numbers[numbers < 0], event[(event < NONE) | (event >= len(alphabet))])
+    if strange.size:
+        message = (
+            f"automaton {name!r}: {strange[0]} is no number of a state (0, 1, ...) or of an event "
+            f"(0 to {len(alphabet) - 1}, {NONE} for a silent move)"
+        )
+        raise AutomatonError(message)
+    is_silent = event == NONE
+    is_initial, is_marked = np.zeros((2, states), np.bool_)
+    is_initial[start] = is_marked[goal] = True
+    return subset_automaton(
+        alphabet,
+        _grouped((source * len(alphabet) + event)[~is_silent], target[~is_silent], states * len(alphabet)),
+        _grouped(source[is_silent], target[is_silent], states),
+        is_initial,
+        is_marked,
+        name=name,
+    )
 
-    def closed(states: Iterable[int]) -> frozenset[int]:
-        found = set(states)
-        stack = list(found)
-        while stack:
-            fresh = set(silent.get(stack.pop(), ())) - found
-            found |= fresh
-            stack += fresh
-        return frozenset(found)
 
-    goal = frozenset(marked)
-    order = {closed(initial): 0}
-    rows: list[list[int]] = []
-    queue = list(order)
-    for subset in queue:  # grows while it is walked through
-        row = []
-        for e in range(len(alphabet)):
-            reached = closed(t for s in subset if s in moves for t in moves[s][e])
-            if reached and reached not in order:
-                order[reached] = len(order)
-                queue.append(reached)
-            row.append(order[reached] if reached else NONE)
-        rows.append(row)
-    delta: Ints = np.array(rows, np.int32).reshape(len(rows), len(alphabet))
-    is_marked = np.array([bool(subset & goal) for subset in queue], np.bool_)
-    return Automaton(alphabet, delta, is_marked, name=name)
+def _grouped(key: Longs, value: Longs, size: int) -> tuple[Longs, Ints]:
+    """Return ``start [size + 1]`` and the values in the order of their keys."""
+    start = np.append(0, np.cumsum(np.bincount(key, minlength=size)))
+    return start, value[np.argsort(key, kind="stable")].astype(np.int32)

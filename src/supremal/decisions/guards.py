@@ -22,6 +22,7 @@ from supremal.errors import FormatError, RuleError, suggest
 
 _TOKEN: Final = re.compile(r"\s*(?:(?P<name>[A-Za-z_]\w*)|(?P<sign>[()&|!∧∨¬]))")
 _WORDS: Final = {"or": "|", "and": "&", "not": "!", "∨": "|", "∧": "&", "¬": "!"}
+_RESERVED: Final = ("and", "or", "not", "true", "false")
 _MAX_DEPTH: Final = 200
 MAX_PROPOSITIONS: Final = 16
 """The most propositions of one machine: its truth tables have 2¹⁶ entries."""
@@ -35,17 +36,29 @@ def truth_table(formula: str, propositions: Sequence[str], *, path: str = "guard
     FormatError
         If the formula does not parse or names an unknown proposition; gives the column.
     RuleError
-        If there are more than 16 propositions.
+        If there are more than 16 propositions, or one is no name or stands twice.
 
     Examples
     --------
     >>> truth_table("a & !b", ["a", "b"]).tolist()
     [False, True, False, False]
     """
+    check_propositions(propositions)
+    return _Parser(formula, propositions, path).parse()
+
+
+def check_propositions(propositions: Sequence[str]) -> None:
+    """Raise a `RuleError` if guards could not tell ``propositions`` apart, or there are too many of them."""
     if len(propositions) > MAX_PROPOSITIONS:
         message = f"{len(propositions)} propositions; a reward machine may have {MAX_PROPOSITIONS}"
         raise RuleError(message)
-    return _Parser(formula, propositions, path).parse()
+    for i, name in enumerate(propositions):
+        if name in propositions[:i]:
+            message = f"proposition {name!r} stands twice; name each once"
+            raise RuleError(message)
+        if not name.isidentifier() or name in _RESERVED:
+            message = f"proposition {name!r}: a word other than {', '.join(_RESERVED)} is needed"
+            raise RuleError(message)
 
 
 class _Parser:

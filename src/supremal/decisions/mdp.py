@@ -15,9 +15,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from supremal._arrays import Bools, Floats, Ints, Longs, frozen
 from supremal.automata.alphabet import Alphabet
@@ -25,6 +26,27 @@ from supremal.errors import MDPError
 
 _SUM_TOLERANCE: Final = 1e-9
 _MAX_PROPOSITIONS: Final = 63
+
+
+_DTYPES: Final[dict[str, type]] = {
+    "row": np.int64,
+    "next_state": np.int32,
+    "prob": np.float64,
+    "reward": np.float64,
+    "word": np.int32,
+    "terminal": np.bool_,
+    "marked": np.bool_,
+    "label": np.int64,
+    "initial": np.float64,
+}
+
+
+def _field(name: str, values: ArrayLike, dtype: DTypeLike, ndim: int = 1) -> NDArray[Any]:
+    try:
+        return frozen(values, dtype, ndim)
+    except ValueError as error:
+        message = f"{name}: {error}"
+        raise MDPError(message) from None
 
 
 def _itself() -> Ints:
@@ -89,18 +111,9 @@ class TabularMDP:
     def __post_init__(self) -> None:
         states, outcomes = len(self.terminal), len(self.next_state)
         own = np.shape(self.origin) == (0, 0)
-        arrays = {
-            "row": frozen(self.row, np.int64, 1),
-            "next_state": frozen(self.next_state, np.int32, 1),
-            "prob": frozen(self.prob, np.float64, 1),
-            "reward": frozen(self.reward, np.float64, 1),
-            "word": frozen(self.word, np.int32, 1),
-            "terminal": frozen(self.terminal, np.bool_, 1),
-            "marked": frozen(self.marked, np.bool_, 1),
-            "label": frozen(self.label, np.int64, 1),
-            "initial": frozen(self.initial, np.float64, 1),
-            "origin": frozen(np.arange(states)[:, None] if own else self.origin, np.int32, 2),
-        }
+        origin = np.arange(states)[:, None] if own else self.origin
+        arrays = {name: _field(name, getattr(self, name), dtype) for name, dtype in _DTYPES.items()}
+        arrays["origin"] = _field("origin", origin, np.int32, 2)
         sizes = dict.fromkeys(arrays, states) | {"row": states * len(self.actions) + 1}
         sizes |= dict.fromkeys(("next_state", "prob", "reward", "word"), outcomes)
         for name, array in arrays.items():
@@ -158,6 +171,10 @@ def restrict(mdp: TabularMDP, enabled: Bools) -> TabularMDP:
 def _check_numbers(mdp: TabularMDP) -> None:
     """Raise an `MDPError` for the first number that is out of its range."""
     states, outcomes = mdp.n_states, len(mdp.next_state)
+    for what, names in (("action", mdp.actions), ("proposition", mdp.propositions)):
+        if len(set(names)) < len(names):
+            message = f"{what}s: a name stands twice in {', '.join(names)}; name each once"
+            raise MDPError(message)
     if len(mdp.propositions) > _MAX_PROPOSITIONS:
         message = f"{len(mdp.propositions)} propositions; at most {_MAX_PROPOSITIONS} fit a label"
         raise MDPError(message)
@@ -171,6 +188,15 @@ def _check_numbers(mdp: TabularMDP) -> None:
         if outcomes and not (values.min() >= 0 and values.max() < bound):
             message = f"{name} holds {values.min()} to {values.max()}; 0 to {bound - 1} are known"
             raise MDPError(message)
+    events = [event for word in mdp.words for event in word]
+    if events and not (min(events) >= 0 and max(events) < len(mdp.alphabet)):
+        message = f"words hold events {min(events)} to {max(events)}; 0 to {len(mdp.alphabet) - 1} are known"
+        raise MDPError(message)
+    if states and not (mdp.label.min() >= 0 and mdp.label.max() >> len(mdp.propositions) == 0):
+        message = (
+            f"a label has bits beyond the {len(mdp.propositions)} proposition(s); bit i is proposition i"
+        )
+        raise MDPError(message)
     if not np.isfinite(mdp.reward).all():
         message = "a reward is not finite; every reward has to be a number"
         raise MDPError(message)
@@ -263,7 +289,11 @@ def from_outcomes(
     _check_names("action", (line.action for line in lines), number)
     _check_names("proposition", (name for names in truths.values() for name in names), bit)
     words = {word: w for w, word in enumerate(dict.fromkeys(tuple(line.word) for line in lines))}
-    states = 1 + max([initial, *end, *(goal or ()), *truths, *(max(li.state, li.next_state) for li in lines)])
+    named = [initial, *end, *(goal or ()), *truths, *(s for li in lines for s in (li.state, li.next_state))]
+    if min(named) < 0:
+        message = f"state {min(named)} is below 0; states are counted from 0"
+        raise MDPError(message)
+    states = 1 + max(named)
 
     lines.sort(key=lambda line: (line.state, number[line.action]))
     slots = np.array([line.state * len(actions) + number[line.action] for line in lines], np.int64)

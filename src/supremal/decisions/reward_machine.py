@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from supremal._arrays import Floats, Ints, frozen
-from supremal.decisions.guards import truth_table
+from supremal.decisions.guards import check_propositions, truth_table
 from supremal.errors import RuleError, suggest
 
 
@@ -125,6 +125,7 @@ def reward_machine(
         )
         raise RuleError(message)
     number = {state: u for u, state in enumerate(states)}
+    check_propositions(propositions)
     size = 1 << len(propositions)
     delta = np.repeat(np.arange(len(states), dtype=np.int32)[:, None], size, axis=1)
     taken = np.full((len(states), size), -1, np.int32)  # which edge claims a label

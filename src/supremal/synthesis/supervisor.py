@@ -13,7 +13,7 @@ import numpy as np
 
 from supremal._arrays import NONE, Bools, Ints, frozen
 from supremal.automata.automaton import Automaton
-from supremal.errors import AutomatonError
+from supremal.errors import AlphabetError, AutomatonError
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -99,7 +99,16 @@ class Monitor:
         return automaton.alphabet.spell(np.flatnonzero(possible).tolist())
 
     def observe(self, word: Iterable[str]) -> bool:
-        """Follow the events that occurred, in order; tell whether all of them were allowed."""
+        """Follow the events that occurred, in order; tell whether all of them were allowed.
+
+        Raises
+        ------
+        AlphabetError
+            If ``word`` is a string, whose letters would all be taken for foreign events.
+        """
+        if isinstance(word, str):
+            message = f"a word is a sequence of event names, got the string {word!r}; write [{word!r}]"
+            raise AlphabetError(message)
         automaton = self.supervisor.automaton
         for name in word:
             if name not in automaton.alphabet or self.state == NONE:
