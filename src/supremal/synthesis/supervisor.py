@@ -27,7 +27,8 @@ class Supervisor:
     plant_state
         ``int32 [S, P]``: the state of each of the P plants in each of its states.
     enabled
-        ``bool [S, E]``: the control pattern.  Uncontrollable events are always enabled.
+        ``bool [S, E]``: the control pattern.  Uncontrollable events are always enabled, but for a tick that a
+        forcible event pre-empts (see `synthesize_timed`).
     """
 
     automaton: Automaton
