@@ -143,6 +143,18 @@ def explore(
 
 
 @kernel
+def pack(delta: Ints, column: Ints, packed: Longs) -> None:
+    """Write to ``packed [S, blocks]`` which events an automaton can follow in each state.
+
+    Event ``e`` is ``column[e]`` of ``delta``; `NONE` is an event that it does not know, which counts.
+    """
+    for s in range(delta.shape[0]):
+        for e in range(column.shape[0]):
+            if column[e] == NONE or delta[s, column[e]] != NONE:
+                packed[s, e // BLOCK] |= np.int64(1) << (e % BLOCK)
+
+
+@kernel
 def unpack(keys: Longs, place: Longs, shift: Longs, bits: Longs, states: Ints) -> None:
     """Take keys apart: write the state of every part to ``states [S, K]``."""
     for s in range(states.shape[0]):

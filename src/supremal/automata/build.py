@@ -124,15 +124,15 @@ def from_table(
 
 _ARROW: Final = re.compile(r"(?P<source>\S+)\s+-\s*(?P<events>\S(?:(?!->).)*?)\s*->\s*(?P<target>\S+)$")
 _BETWEEN: Final = re.compile(r"\s*,\s*|\s+")
-_HEADS: Final = ("name", "initial", "marked", "events", "uncontrollable")
+_HEADS: Final = ("name", "initial", "marked", "events", "uncontrollable", "unobservable")
 
 
 def from_text(text: str, *, alphabet: Alphabet | None = None, path: str = "<text>") -> Automaton:
     """Return the automaton that a small ``text`` draws, one arrow a line.
 
-    A line is ``state -event, event-> state``, or one of ``name``, ``initial``, ``marked``, ``events`` and
-    ``uncontrollable`` with what it lists; ``#`` starts a comment.  ``events`` is needed only for those
-    that no arrow has.  An ``alphabet`` settles the events from outside.
+    A line is ``state -event, event-> state``, or one of ``name``, ``initial``, ``marked``, ``events``,
+    ``uncontrollable`` and ``unobservable`` with what it lists; ``#`` starts a comment.  ``events`` is needed
+    only for those that no arrow has.  An ``alphabet`` settles the events from outside.
 
     Raises
     ------
@@ -177,9 +177,10 @@ def from_text(text: str, *, alphabet: Alphabet | None = None, path: str = "<text
             message = f"{content.strip()!r} is neither an arrow 'state -event-> state' nor one of {known}"
             raise FormatError(message, path=path, line=line, column=column)
     if alphabet is None:
-        uncontrollable = heads.get("uncontrollable", [])
-        names = [*heads.get("events", []), *(event for _, event, _ in triples), *uncontrollable]
-        alphabet = Alphabet(tuple(dict.fromkeys(names)), frozenset(uncontrollable))
+        uncontrollable, unobservable = (heads.get(head, []) for head in _HEADS[-2:])
+        moved = [event for _, event, _ in triples]
+        names = dict.fromkeys([*heads.get("events", []), *moved, *uncontrollable, *unobservable])
+        alphabet = Alphabet(tuple(names), frozenset(uncontrollable), frozenset(unobservable))
     initial = heads.get("initial")
     if initial is not None and len(initial) != 1:
         message = f"'initial' names {len(initial)} states; exactly one is needed"

@@ -25,7 +25,7 @@ from supremal.automata.alphabet import Alphabet, union
 from supremal.automata.automaton import Automaton
 from supremal.errors import AutomatonError
 
-_DIRECT: Final = 1 << 28
+_DIRECT: Final = 1 << 26
 """Up to so many combinations of states the table is addressed directly; its pages come as needed."""
 
 _ROOM: Final = 1 << 22
@@ -133,8 +133,8 @@ def explore(
         bits,
         possible,
         np.cumsum([0, *sizes[:-1]], dtype=np.int64),
-        _pack(alphabet.controllable[None])[0],
-        _pack(~alphabet.controllable[None])[0],
+        _pack(alphabet.controllable),
+        _pack(~alphabet.controllable),
         len(plants),
         start,
         part,
@@ -234,18 +234,19 @@ def _packing(sizes: Sequence[int]) -> tuple[Longs, Longs, Longs]:
 
 def _possible(alphabet: Alphabet, part: Automaton) -> Longs:
     """Return which events ``part`` can follow, or does not know, in each state; ``[S, blocks]``."""
-    can = np.ones((part.n_states, len(alphabet)), np.bool_)
-    can[:, [alphabet.index(name) for name in part.alphabet]] = part.delta != NONE
-    return _pack(can)
-
-
-def _pack(rows: Bools) -> Longs:
-    """Return rows of truth values as integers of `BLOCK` bits each."""
-    blocks = -(-rows.shape[1] // _kernels.BLOCK)
-    packed = np.zeros((rows.shape[0], blocks), np.int64)
-    for e in range(rows.shape[1]):
-        packed[:, e // _kernels.BLOCK] |= rows[:, e].astype(np.int64) << e % _kernels.BLOCK
+    column = np.full(len(alphabet), NONE, np.int32)
+    column[[alphabet.index(name) for name in part.alphabet]] = np.arange(len(part.alphabet))
+    packed = np.zeros((part.n_states, -(-len(alphabet) // _kernels.BLOCK)), np.int64)
+    _kernels.pack(part.delta, column, packed)
     return packed
+
+
+def _pack(events: Bools) -> Longs:
+    """Return a set of events, ``bool [E]``, as integers of `BLOCK` bits each."""
+    row = np.where(events, np.int32(0), np.int32(NONE))[None]
+    packed = np.zeros((1, -(-len(events) // _kernels.BLOCK)), np.int64)
+    _kernels.pack(row, np.arange(len(events), dtype=np.int32), packed)
+    return packed[0]
 
 
 def _participants(alphabet: Alphabet, parts: Sequence[Automaton]) -> tuple[Longs, Ints, Ints]:

@@ -1,4 +1,4 @@
-"""The command line: ``supremal demo``.
+"""The command line.
 
 Exit codes: 0 all went well, 2 bad input or output (one line says what would be right), 130 stopped by Ctrl-C.
 """
@@ -8,6 +8,7 @@ from __future__ import annotations
 import click
 
 from supremal import __version__
+from supremal.cli.convert import convert
 from supremal.cli.demo import STOPPED, demo
 from supremal.errors import SupremalError
 
@@ -35,4 +36,5 @@ def main() -> None:
     """Train agents that never break the rules, and know before training whether the rules can be kept."""
 
 
+main.add_command(convert)
 main.add_command(demo)

@@ -18,38 +18,24 @@ otherwise change the meaning in silence.  A document is data: nothing in it is r
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from importlib.resources.abc import Traversable
-from os import PathLike
-from pathlib import Path
-from typing import Any, Final, NamedTuple, NoReturn, TypeAlias
+from typing import Any, Final
 
-from supremal.automata.alphabet import Alphabet
+import numpy as np
+
+from supremal._arrays import NONE
+from supremal.automata.alphabet import Alphabet, union
 from supremal.automata.automaton import Automaton
 from supremal.automata.build import from_transitions
 from supremal.decisions.reward_machine import Edge, RewardMachine, reward_machine
 from supremal.errors import FormatError, ModelError, suggest
-
-MAX_BYTES: Final = 64 << 20
-"""The largest file that is read: 64 MiB."""
-
-Source: TypeAlias = str | PathLike[str] | Traversable
-"""A path, or a file inside a package."""
+from supremal.formats._json import WrongError, check_keys, distinct, fail, list_of, parse, shown, text_of
+from supremal.formats._names import state_names
+from supremal.formats.model import MAX_BYTES, Model, Source, read_bytes, size_problem
 
 _ABOUT: Final = ("title", "source", "description", "params", "supervisor", "note")
 _AUTOMATON: Final = ("name", "events", "states", "initial", "marked", "transitions")
-
-
-class Model(NamedTuple):
-    """A model: what can happen (``plants``) and what is wanted (``specs``), each the `sync` of its parts."""
-
-    plants: tuple[Automaton, ...]
-    specs: tuple[Automaton, ...]
-
-
-class _WrongError(Exception):
-    """What is wrong in a document; `_reading` adds the path."""
 
 
 def read_automaton(source: Source) -> Automaton:
@@ -69,14 +55,22 @@ def read_automaton(source: Source) -> Automaton:
 
 
 def read_model(source: Source) -> Model:
-    """Return the plants and specifications in a file.
+    """Return the plants and specifications in a file; one automaton is a model of one plant.
 
     Errors are those of `read_automaton`.
     """
-    with _reading(source) as document:
-        _check_keys(document, "the document", ("events", "plants"), ("name", "specs", *_ABOUT))
+    return read(read_bytes(source, MAX_BYTES), str(source))
+
+
+def read(raw: bytes, path: str) -> Model:
+    """Return the plants and specifications that a document of these bytes holds."""
+    with _checking(path):
+        document = parse(raw, path, MAX_BYTES)
+        if isinstance(document, dict) and "states" in document and "plants" not in document:
+            return Model((_automaton(document, "the document", _alphabet),), ())
+        check_keys(document, "the document", ("events", "plants"), ("name", "specs", *_ABOUT))
         if "name" in document:
-            _text(document["name"], "'name'")
+            text_of(document["name"], "'name'")
         sigma = _alphabet(document["events"], "'events'")
 
         def chosen(names: Any, what: str) -> Alphabet:  # noqa: ANN401 - JSON may hold anything
@@ -85,7 +79,7 @@ def read_model(source: Source) -> Model:
         groups = [
             tuple(
                 _automaton(part, f"automaton {k} of {key!r}", chosen)
-                for k, part in enumerate(_list(document.get(key, []), repr(key)), 1)
+                for k, part in enumerate(list_of(document.get(key, []), repr(key)), 1)
             )
             for key in ("plants", "specs")
         ]
@@ -98,27 +92,31 @@ def read_reward_machine(source: Source) -> RewardMachine:
     Errors are those of `read_automaton`; a guard that does not parse is a `FormatError` too.
     """
     with _reading(source) as document:
-        _check_keys(document, "the document", ("name", "propositions", "initial", "edges"), _ABOUT)
-        name = _text(document["name"], "'name'")
-        propositions = _distinct(document["propositions"], f"'propositions' of {name!r}")
+        check_keys(document, "the document", ("name", "propositions", "initial", "edges"), _ABOUT)
+        name = text_of(document["name"], "'name'")
+        propositions = distinct(document["propositions"], f"'propositions' of {name!r}")
         edges = [
             _edge(row, f"edge {k} of {name!r}")
-            for k, row in enumerate(_list(document["edges"], f"'edges' of {name!r}"), 1)
+            for k, row in enumerate(list_of(document["edges"], f"'edges' of {name!r}"), 1)
         ]
-        initial = _text(document["initial"], f"'initial' of {name!r}")
+        initial = text_of(document["initial"], f"'initial' of {name!r}")
         return reward_machine(list(propositions), edges, initial=initial, name=name)
 
 
 @contextmanager
 def _reading(source: Source) -> Iterator[Any]:
     """Give what the file holds, and put its path in front of what is found wrong with it."""
-    path = str(source)
-    file = Path(source) if isinstance(source, str | PathLike) else source
-    with file.open("rb") as stream:
-        raw = stream.read(MAX_BYTES + 1)
+    raw, path = read_bytes(source, MAX_BYTES), str(source)
+    with _checking(path):
+        yield parse(raw, path, MAX_BYTES)
+
+
+@contextmanager
+def _checking(path: str) -> Iterator[None]:
+    """Put ``path`` in front of what is found wrong with a document."""
     try:
-        yield _parse(raw, path)
-    except _WrongError as error:
+        yield
+    except WrongError as error:
         raise FormatError(str(error), path=path) from None
     except FormatError as error:
         if error.path == path:
@@ -129,91 +127,15 @@ def _reading(source: Source) -> Iterator[Any]:
         raise type(error)(message) from None
 
 
-def _parse(raw: bytes, path: str) -> Any:  # noqa: ANN401 - JSON may hold anything
-    if len(raw) > MAX_BYTES:
-        _fail(f"the file is larger than {MAX_BYTES >> 20} MiB, the most that is read; split the model")
-    try:
-        text = raw.decode("utf-8-sig")
-        return json.loads(text, object_pairs_hook=_object, parse_constant=_no_number)
-    except UnicodeDecodeError as error:
-        _fail(f"byte {error.start} is not UTF-8; save the file in that encoding")
-    except json.JSONDecodeError as error:
-        message = f"this is not JSON: {error.msg}"
-        raise FormatError(message, path=path, line=error.lineno, column=error.colno) from None
-    except RecursionError:
-        _fail("brackets are nested too deeply for any document of supremal")
-    except ValueError:
-        _fail("a number has too many digits")
-
-
-def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    """Make an object of ``pairs``; JSON itself would let the last of two equal keys win."""
-    document = dict(pairs)
-    if len(document) != len(pairs):
-        keys = [key for key, _ in pairs]
-        twice = next(key for k, key in enumerate(keys) if key in keys[:k])
-        _fail(f"key {twice!r} stands twice in one object; keep one of the two")
-    return document
-
-
-def _no_number(text: str) -> NoReturn:
-    _fail(f"{text} is no number of JSON; a finite number is needed")
-
-
-def _fail(message: str) -> NoReturn:
-    raise _WrongError(message)
-
-
-def _shown(value: object) -> str:
-    text = json.dumps(value, ensure_ascii=False)
-    return text if len(text) <= 60 else f"{text[:57]}..."
-
-
-def _check_keys(value: object, what: str, needed: Iterable[str], also: Iterable[str]) -> None:
-    """Check that ``value`` is an object with all keys of ``needed`` and no others but those of ``also``."""
-    if not isinstance(value, dict):
-        _fail(f"{what} is {_shown(value)}; an object with the keys {', '.join(needed)} is needed")
-    known = (*needed, *also)
-    for key in value:
-        if key not in known:
-            _fail(f"{what} has the unknown key {key!r}; {suggest(key, known)}")
-    for key in needed:
-        if key not in value:
-            _fail(f"{what} has no key {key!r}; {', '.join(needed)} are needed")
-
-
-def _text(value: object, what: str) -> str:
-    if not isinstance(value, str):
-        _fail(f"{what} is {_shown(value)}; a string is needed")
-    return value
-
-
-def _list(value: object, what: str) -> list[Any]:
-    if not isinstance(value, list):
-        _fail(f"{what} is {_shown(value)}; a list is needed")
-    return value
-
-
-def _distinct(value: object, what: str) -> dict[str, None]:
-    """Return the names in a list, in order, each of which has to stand there once."""
-    names: dict[str, None] = {}
-    for name in _list(value, what):
-        text = _text(name, f"an entry of {what}")
-        if text in names:
-            _fail(f"{what} names {text!r} twice; name each once")
-        names[text] = None
-    return names
-
-
 def _alphabet(table: Any, what: str) -> Alphabet:  # noqa: ANN401 - JSON may hold anything
     """Return the alphabet of a table: event → what can be done about it."""
     if not isinstance(table, dict):
-        _fail(f'{what} is {_shown(table)}; an object like {{"start": {{"controllable": true}}}} is needed')
+        fail(f'{what} is {shown(table)}; an object like {{"start": {{"controllable": true}}}} is needed')
     for event, says in table.items():
-        _check_keys(says, f"event {event!r}", ("controllable",), ("observable",))
+        check_keys(says, f"event {event!r}", ("controllable",), ("observable",))
         for key, value in says.items():
             if not isinstance(value, bool):
-                _fail(f"{key!r} of event {event!r} is {_shown(value)}; true or false is needed")
+                fail(f"{key!r} of event {event!r} is {shown(value)}; true or false is needed")
     return Alphabet(
         tuple(table),
         frozenset(event for event, says in table.items() if not says["controllable"]),
@@ -223,28 +145,31 @@ def _alphabet(table: Any, what: str) -> Alphabet:  # noqa: ANN401 - JSON may hol
 
 def _subset(sigma: Alphabet, names: object, what: str) -> Alphabet:
     """Return those events of ``sigma`` that a list names."""
-    chosen = _distinct(names, what)
+    chosen = distinct(names, what)
     for event in chosen:
         if event not in sigma:
-            _fail(f"{what} names the unknown event {event!r}; {suggest(event, sigma)}")
+            fail(f"{what} names the unknown event {event!r}; {suggest(event, sigma)}")
     return Alphabet(tuple(chosen), sigma.uncontrollable & chosen.keys(), sigma.unobservable & chosen.keys())
 
 
 def _automaton(document: Any, what: str, events: Callable[[Any, str], Alphabet]) -> Automaton:  # noqa: ANN401
     """Return the automaton that ``document`` describes; ``events`` reads its alphabet."""
-    _check_keys(document, what, _AUTOMATON, _ABOUT)
-    name = _text(document["name"], f"'name' of {what}")
+    check_keys(document, what, _AUTOMATON, _ABOUT)
+    name = text_of(document["name"], f"'name' of {what}")
     alphabet = events(document["events"], f"'events' of {name!r}")
-    states = _distinct(document["states"], f"'states' of {name!r}")
-    initial = document["initial"] if not states else _text(document["initial"], f"'initial' of {name!r}")
+    states = distinct(document["states"], f"'states' of {name!r}")
+    initial = document["initial"] if not states else text_of(document["initial"], f"'initial' of {name!r}")
     if not states and initial is not None:
-        _fail(f"'initial' of {name!r} is {_shown(initial)}, but it has no states; null is needed")
-    rows = _list(document["transitions"], f"'transitions' of {name!r}")
+        fail(f"'initial' of {name!r} is {shown(initial)}, but it has no states; null is needed")
+    problem = size_problem(len(states), len(alphabet))
+    if problem:
+        fail(f"{name!r}: {problem}")
+    rows = list_of(document["transitions"], f"'transitions' of {name!r}")
     return from_transitions(
         alphabet,
         [_transition(row, f"transition {k} of {name!r}", alphabet, states) for k, row in enumerate(rows, 1)],
         initial=initial,
-        marked=_distinct(document["marked"], f"'marked' of {name!r}"),
+        marked=distinct(document["marked"], f"'marked' of {name!r}"),
         states=states,
         name=name,
     )
@@ -252,13 +177,13 @@ def _automaton(document: Any, what: str, events: Callable[[Any, str], Alphabet])
 
 def _transition(row: object, what: str, alphabet: Alphabet, states: dict[str, None]) -> tuple[str, str, str]:
     if not (isinstance(row, list) and len(row) == 3 and all(isinstance(part, str) for part in row)):
-        _fail(f"{what} is {_shown(row)}; [from, event, to] is needed")
+        fail(f"{what} is {shown(row)}; [from, event, to] is needed")
     source, event, target = row
     for state in (source, target):
         if state not in states:
-            _fail(f"{what} has the unknown state {state!r}; {suggest(state, states)}")
+            fail(f"{what} has the unknown state {state!r}; {suggest(state, states)}")
     if event not in alphabet:
-        _fail(f"{what} has the unknown event {event!r}; {suggest(event, alphabet)}")
+        fail(f"{what} has the unknown event {event!r}; {suggest(event, alphabet)}")
     return source, event, target
 
 
@@ -268,4 +193,62 @@ def _edge(row: object, what: str) -> Edge:
         is_number = isinstance(reward, int | float) and not isinstance(reward, bool)
         if is_number and abs(reward) < 1e300 and all(isinstance(part, str) for part in row[:3]):
             return Edge(source, guard, target, float(reward))
-    _fail(f"{what} is {_shown(row)}; [from, guard, to, reward] with a finite number as reward is needed")
+    return fail(f"{what} is {shown(row)}; [from, guard, to, reward] with a finite number as reward is needed")
+
+
+def write(model: Model) -> str:
+    r"""Return ``model`` as a document, one transition a line.
+
+    Examples
+    --------
+    >>> from supremal import from_text
+    >>> light = from_text("name light\ndark -on-> lit\nlit -off-> dark")
+    >>> print(*write(Model((light,), ())).splitlines()[:4], sep="\n")
+    {
+      "events": {
+        "on": {"controllable": true},
+        "off": {"controllable": true}
+    """
+    sigma = union(*(part.alphabet for part in (*model.plants, *model.specs)))
+    events = ",\n".join(f"    {_quoted(name)}: {_properties(sigma, name)}" for name in sigma)
+    groups = [
+        f'  "{key}": [' + ",".join(map(_text_of, parts)) + ("\n  ]" if parts else "]")
+        for key, parts in (("plants", model.plants), ("specs", model.specs))
+    ]
+    return (
+        "{\n"
+        + ",\n".join(['  "events": {' + (f"\n{events}\n  }}" if sigma.names else "}"), *groups])
+        + "\n}\n"
+    )
+
+
+def _quoted(value: object) -> str:
+    return json.dumps(value, ensure_ascii=False)
+
+
+def _properties(sigma: Alphabet, name: str) -> str:
+    says = {"controllable": name not in sigma.uncontrollable}
+    return _quoted(says | ({"observable": False} if name in sigma.unobservable else {}))
+
+
+def _text_of(part: Automaton) -> str:
+    states, events = state_names(part), part.alphabet.names
+    rows = [
+        f"\n        {_quoted([states[s], events[e], states[part.delta[s, e]]])}"
+        for s, e in np.argwhere(part.delta != NONE).tolist()
+    ]
+    says = {
+        "name": part.name,
+        "events": list(events),
+        "states": states,
+        "initial": states[0] if states else None,
+        "marked": [states[s] for s in np.flatnonzero(part.marked)],
+    }
+    lines = [f"\n      {_quoted(key)}: {_quoted(value)}," for key, value in says.items()]
+    transitions = f'\n      "transitions": [{",".join(rows)}' + ("\n      ]" if rows else "]")
+    return "\n    {" + "".join(lines) + transitions + "\n    }"
+
+
+def lacks(model: Model) -> list[str]:  # noqa: ARG001 - every format is asked the same
+    """Say what of ``model`` the format cannot hold: nothing."""
+    return []
