@@ -8,10 +8,21 @@ people say it), ``synthesis`` (what can be enforced), ``decisions`` (what each c
 
 from supremal.automata.alphabet import Alphabet
 from supremal.automata.automaton import Automaton
+from supremal.automata.boolean import difference, language_union, meet
 from supremal.automata.build import from_table, from_text, from_transitions, universal
-from supremal.automata.compare import find_difference, find_not_included, is_included, is_same_language
+from supremal.automata.compare import (
+    find_difference,
+    find_not_included,
+    is_included,
+    is_isomorphic,
+    is_same_language,
+)
 from supremal.automata.compose import sync
+from supremal.automata.minimise import minimise
+from supremal.automata.project import inverse_project, project, relabel
+from supremal.automata.quotients import quotient, reverse_language, right_quotient, shuffle
 from supremal.automata.reduce import complement, coreachable, mark_all, prefix_closure, reachable, trim
+from supremal.automata.words import count_words, sample_word, shortest_words, words
 from supremal.decisions.evaluation import Evaluation, evaluate
 from supremal.decisions.mdp import Outcome, TabularMDP, from_outcomes
 from supremal.decisions.planning import Plan, value_iteration
@@ -75,6 +86,8 @@ __all__ = [
     "complete_safe",
     "complete_unsafe",
     "coreachable",
+    "count_words",
+    "difference",
     "evaluate",
     "find_blocking",
     "find_dead_end",
@@ -85,25 +98,39 @@ __all__ = [
     "from_table",
     "from_text",
     "from_transitions",
+    "inverse_project",
     "is_controllable",
     "is_included",
+    "is_isomorphic",
     "is_nonblocking",
     "is_same_language",
+    "language_union",
     "mark_all",
+    "meet",
+    "minimise",
     "plant_automaton",
     "prefix_closure",
     "product",
+    "project",
     "q_learning",
     "q_learning_seeds",
+    "quotient",
     "reachable",
+    "relabel",
+    "reverse_language",
     "reward_machine",
+    "right_quotient",
     "rule_from_safe",
     "rule_from_unsafe",
     "safe_actions",
+    "sample_word",
+    "shortest_words",
+    "shuffle",
     "sync",
     "synthesize",
     "trim",
     "universal",
     "value_iteration",
+    "words",
 ]
 __version__ = "0.1.0"

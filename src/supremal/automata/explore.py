@@ -244,9 +244,9 @@ def _possible(alphabet: Alphabet, part: Automaton) -> Longs:
 def _pack(events: Bools) -> Longs:
     """Return a set of events, ``bool [E]``, as integers of `BLOCK` bits each."""
     row = np.where(events, np.int32(0), np.int32(NONE))[None]
-    packed = np.zeros((1, -(-len(events) // _kernels.BLOCK)), np.int64)
+    packed: Longs = np.zeros((1, -(-len(events) // _kernels.BLOCK)), np.int64)
     _kernels.pack(row, np.arange(len(events), dtype=np.int32), packed)
-    return packed[0]
+    return packed.reshape(-1)
 
 
 def _participants(alphabet: Alphabet, parts: Sequence[Automaton]) -> tuple[Longs, Ints, Ints]:
