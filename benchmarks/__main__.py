@@ -8,7 +8,7 @@ import sys
 from importlib import import_module
 from pathlib import Path
 
-NAMES = ("learning", "startup")
+NAMES = ("learning", "minimise", "startup", "synthesis")
 RECORDS = Path(__file__).parent / "records"
 
 
