@@ -1,6 +1,7 @@
 """The command line.
 
-Exit codes: 0 all went well, 2 bad input or output (one line says what would be right), 130 stopped by Ctrl-C.
+Exit codes: 0 all went well, 1 the answer is no, 2 bad input or output (one line says what would be right),
+130 stopped by Ctrl-C.
 """
 
 from __future__ import annotations
@@ -8,8 +9,10 @@ from __future__ import annotations
 import click
 
 from supremal import __version__
+from supremal.cli.check import check
 from supremal.cli.convert import convert
 from supremal.cli.demo import STOPPED, demo
+from supremal.cli.synthesize import synthesize_command
 from supremal.errors import SupremalError
 
 
@@ -36,5 +39,5 @@ def main() -> None:
     """Train agents that never break the rules, and know before training whether the rules can be kept."""
 
 
-main.add_command(convert)
-main.add_command(demo)
+for command in (check, convert, demo, synthesize_command):
+    main.add_command(command)

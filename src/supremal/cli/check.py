@@ -1,0 +1,93 @@
+"""``supremal check``: whether the rules of a model can be kept as they stand."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+import click
+
+if TYPE_CHECKING:
+    from supremal.cli.findings import Findings, Question
+
+NO: Final = 1
+"""The exit code of an answer that is no."""
+
+_VERDICTS: Final = {
+    "enforceable": "The rules can be kept as they stand.",
+    "enforceable_in_part": "The rules can be kept in part: a supervisor has to forbid more than they do.",
+    "not_enforceable": "The rules cannot be kept.",
+}
+_ANSWERS: Final = (
+    ("controllable", "not controllable"),
+    ("nonblocking", "blocking"),
+    ("one can always act", "one can get stuck"),
+)
+
+
+@click.command()
+@click.argument("models", metavar="MODEL...", nargs=-1, required=True, type=click.Path(path_type=Path))
+@click.option(
+    "--closed", is_flag=True, help="Leave the marked states out of it: nothing has to be completed."
+)
+@click.option(
+    "--must-act", is_flag=True, help="Where an event can be chosen, one has to be: no resting for ever."
+)
+@click.option(
+    "--max-states", type=click.IntRange(min=1), help="The most states of the product  [default: what fits]"
+)
+@click.option("--json", "as_json", is_flag=True, help="Print the findings as JSON, and nothing else.")
+@click.pass_context
+def check(
+    ctx: click.Context,
+    models: tuple[Path, ...],
+    closed: bool,
+    must_act: bool,
+    max_states: int | None,
+    as_json: bool,
+) -> None:
+    """Check whether the rules of a model can be kept as they stand, and if not, show the shortest word.
+
+    Several files are one model: all their plants, all their rules.  Exit code 0: they can; 1: they cannot, or
+    only in part; 2: bad input.
+    """
+    from supremal.cli.findings import Options, document, read, study
+
+    options = Options(closed, must_act, max_states)
+    findings = study(*read(models), options, lost=as_json)
+    if as_json:
+        click.echo(json.dumps(document(findings), indent=2, allow_nan=False, ensure_ascii=False))
+    else:
+        tell(findings)
+    if findings.verdict != "enforceable":
+        ctx.exit(NO)
+
+
+def tell(findings: Findings) -> None:
+    """Print the verdict, and what holds for each rule and for all of them together."""
+    supervisor = findings.supervisor.automaton
+    click.secho(_VERDICTS[findings.verdict], bold=True)
+    for plant in findings.plants:
+        click.echo(f"  plant {plant.name}: {plant.n_states:,} states")
+    for rule, (controllable, nonblocking) in zip(findings.rules, findings.each, strict=True):
+        _answer(f"rule {rule.name}: {rule.n_states:,} states", controllable, nonblocking)
+    _answer("all together:", findings.controllable, findings.nonblocking, findings.can_act)
+    if findings.reason:
+        click.echo(f"  {findings.reason}")
+    else:
+        click.echo(f"  supervisor: {supervisor.n_states:,} states, {supervisor.n_transitions:,} transitions")
+
+
+def _answer(what: str, *questions: Question) -> None:
+    """Print the answers that were found, then the witness of each that is no."""
+    known = [
+        (yes if question.holds else no, question.witness)
+        for question, (yes, no) in zip(questions, _ANSWERS, strict=False)
+        if question.holds is not None
+    ]
+    said = ", ".join(word for word, _ in known) or "too many states to say"
+    click.echo(f"  {what}{' ' if what.endswith(':') else ', '}{said}")
+    for _, witness in known:
+        if witness is not None:
+            click.echo(f"    {witness}")
