@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
+from types import SimpleNamespace
 from typing import Any
 from unittest.mock import patch
 
@@ -437,6 +438,26 @@ def test_all_subsets_of_a_projection() -> None:
         pytest.raises(AutomatonError, match=r"sets, or these do not fit the memory: [\d,]+ members; raise"),
     ):
         project(Automaton(sigma, delta, np.arange(n + 1) == n), "ab")
+
+
+def test_many_sets_keep_what_is_not_possible() -> None:
+    """More than the first allowance holds, and most events of most sets lead nowhere."""
+    line = np.full((1_500, 2), -1)
+    line[:-1, 0] = np.arange(1, 1_500)
+    one = Automaton(AB, line, np.arange(1_500) % 3 == 0)
+    assert table(project(one, "ab")) == table(one)
+
+
+@settings(max_examples=30)
+@given(automata(max_states=6, min_events=2))
+def test_sets_are_told_apart_where_their_hashes_agree(automaton: Automaton) -> None:
+    seen, alike = (
+        automaton.alphabet.names[:-1],
+        SimpleNamespace(integers=lambda _, __, n: np.zeros(n, np.int64)),
+    )
+    expected = table(project(automaton, seen))
+    with patch.object(np.random, "default_rng", lambda _: alike):
+        assert table(project(automaton, seen)) == expected
 
 
 def test_many_pairs_of_a_right_quotient() -> None:

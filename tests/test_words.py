@@ -109,6 +109,14 @@ def test_long_words_are_few_steps() -> None:
     assert [count_words(ring, n) for n in (3, states - 1, states)] == [0, 1, 0]
 
 
+def test_the_shortest_of_very_many() -> None:
+    """2^40 words, all of one length: those that come too late at a state are not followed up."""
+    line = np.tile(np.append(np.arange(1, 41), -1)[:, None], 2)
+    found = shortest_words(Automaton(Alphabet(("a", "b")), line, np.arange(41) == 40), 3)
+    assert [word[-2:] for word in found] == [("a", "a"), ("a", "b"), ("b", "a")]
+    assert {word[:-2] for word in found} == {("a",) * 38}
+
+
 def test_the_shortest_go_on_where_words_does() -> None:
     every = (word for length in count() for word in words(FIBONACCI, length))
     assert shortest_words(FIBONACCI, 500) == list(islice(every, 500))
