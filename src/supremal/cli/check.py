@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import click
 
 if TYPE_CHECKING:
     from supremal.cli.findings import Findings, Question
+
+Command = TypeVar("Command", bound=Callable[..., Any])
 
 NO: Final = 1
 """The exit code of an answer that is no."""
@@ -26,17 +29,25 @@ _ANSWERS: Final = (
 )
 
 
+def model_options(command: Command) -> Command:
+    """Add what `check` and `synthesize` ask alike: the model, and how it is to be read."""
+    closed = "Leave the marked states out of it: nothing has to be completed."
+    must_act = "Where an event can be chosen, one has to be: no resting for ever."
+    max_states = "The most states of the product  [default: what fits]"
+    for option in (
+        click.option("--max-states", type=click.IntRange(min=1), help=max_states),
+        click.option("--must-act", is_flag=True, help=must_act),
+        click.option("--closed", is_flag=True, help=closed),
+        click.argument(
+            "models", metavar="MODEL...", nargs=-1, required=True, type=click.Path(path_type=Path)
+        ),
+    ):
+        command = option(command)
+    return command
+
+
 @click.command()
-@click.argument("models", metavar="MODEL...", nargs=-1, required=True, type=click.Path(path_type=Path))
-@click.option(
-    "--closed", is_flag=True, help="Leave the marked states out of it: nothing has to be completed."
-)
-@click.option(
-    "--must-act", is_flag=True, help="Where an event can be chosen, one has to be: no resting for ever."
-)
-@click.option(
-    "--max-states", type=click.IntRange(min=1), help="The most states of the product  [default: what fits]"
-)
+@model_options
 @click.option("--json", "as_json", is_flag=True, help="Print the findings as JSON, and nothing else.")
 @click.pass_context
 def check(

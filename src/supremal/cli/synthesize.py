@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from supremal.cli.check import NO, tell
+from supremal.cli.check import NO, model_options, tell
 
 if TYPE_CHECKING:
     from supremal.cli.findings import Findings
@@ -18,16 +18,7 @@ if TYPE_CHECKING:
 
 
 @click.command("synthesize")
-@click.argument("models", metavar="MODEL...", nargs=-1, required=True, type=click.Path(path_type=Path))
-@click.option(
-    "--closed", is_flag=True, help="Leave the marked states out of it: nothing has to be completed."
-)
-@click.option(
-    "--must-act", is_flag=True, help="Where an event can be chosen, one has to be: no resting for ever."
-)
-@click.option(
-    "--max-states", type=click.IntRange(min=1), help="The most states of the product  [default: what fits]"
-)
+@model_options
 @click.option(
     "--rows", type=click.IntRange(min=0), default=10, show_default=True, help="Disabled events to explain."
 )
