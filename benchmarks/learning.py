@@ -15,7 +15,8 @@ import numpy as np
 
 import supremal.envs
 from supremal import Automaton, Settings, q_learning
-from supremal.task.experiment import interval_means, supervise
+from supremal.task.experiment import supervise
+from supremal.task.summary import interval_means
 from supremal.task.task import Task, pickup_delivery
 
 LOOP_EPISODES = 3_000

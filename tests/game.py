@@ -123,11 +123,9 @@ class Game:
             assert event in self.possible(state) & self.whole.uncontrollable
             self.check_breaks(reason.breaks, state, {event})
         elif reason.end == "trapped":
-            assert state not in book.coaccessible(self.whole)
-            assert (
-                not self.escapes()
-                & book.restrict(replace(self.whole, initial=state), self.whole.states).states
-            )
+            around = book.restrict(replace(self.whole, initial=state), self.whole.states)
+            assert not around.states & (around.marked | self.escapes())
+            assert {source for source, _ in around.moves} == around.states
             assert reason.breaks == ()
         else:
             events = self.possible(state)

@@ -30,8 +30,10 @@ from supremal import (
     synthesize,
     universal,
 )
+from supremal._graph import reverse
 from supremal._jit import COMPILED
 from supremal.formats import Model, read_model
+from supremal.synthesis import _why
 from supremal.synthesis.causes import Break, find_causes, supervisor_of
 from supremal.synthesis.explain import Disabled, explain_disabled, explain_empty
 from supremal.synthesis.given_up import GivenUp, Guilty, find_guilty, given_up
@@ -148,6 +150,46 @@ def test_reasons_in_words() -> None:
             "it breaks B in its state full"
         ),
     ]
+
+
+@pytest.mark.parametrize("first", ["u, v", "v, u"])
+def test_the_shortest_of_two_chains(first: str) -> None:
+    plant = from_text(f"""
+        events go, {first}
+        uncontrollable u, v, f
+        s -go-> t
+        t -u-> x
+        x -u-> y
+        y -f-> s
+        t -v-> z
+        z -f-> s
+    """)
+    calm = from_text("name calm \n uncontrollable f \n events f \n initial ok")
+    (reason,) = explain_disabled(plant, calm)
+    assert reason.chain == ("v",)
+    assert str(reason) == (
+        "go is disabled: it can be followed by v; nobody controls v; then f can happen, which nobody "
+        "controls: it breaks calm in its state ok"
+    )
+
+
+def test_where_things_go_on_for_ever_or_come_to_an_end() -> None:
+    plant = from_text("""
+        marked home
+        home -circle-> around
+        around -on-> around
+        home -stray-> lost
+        lost -on-> further
+        further -on-> end
+    """)
+    reasons = {reason.event: reason for reason in explain_disabled(plant, ())}
+    assert (reasons["circle"].end, reasons["circle"].chain) == ("trapped", ())
+    assert (reasons["stray"].end, reasons["stray"].chain) == ("dead", ("on", "on"))
+    assert str(reasons["circle"]) == "circle is disabled: after it no marked state can be reached any more"
+    assert str(reasons["stray"]) == (
+        "stray is disabled: it can be followed by on on; other ways than on lead to no marked state either; "
+        "then nothing is possible any more, short of a marked state"
+    )
 
 
 def test_a_rule_that_could_never_be_completed() -> None:
@@ -310,7 +352,11 @@ def test_all_plants_are_taken_where_some_have_the_larger_product() -> None:
     arrows = [f"{k} -tick-> {k + 1} \n {k} -fault-> {k}" for k in range(9)]
     patient = from_text("name patient \n uncontrollable fault \n " + " \n ".join(arrows))
     assert str(explain_violation(plant, patient)).endswith("it breaks patient in its state 9")
+    assert explain_violation([plant, once], patient) is None
     assert explain_violation([plant, once], patient, max_states=2) is None
+    twelve = from_text("name twelve \n " + " \n ".join(f"{k} -tick-> {k + 1}" for k in range(12)))
+    assert explain_violation([plant, twelve, once], patient) is None
+    assert explain_violation([plant, twelve], patient) == explain_violation(plant, patient)
     with pytest.raises(AutomatonError, match="has more than 1; raise max_states"):
         explain_violation([plant, once], patient, max_states=1)
 
@@ -345,6 +391,32 @@ def test_given_up_against_all_words(parts: Systems, how: How, n: int) -> None:
             assert book.after(kept, lost_word.word[: lost_word.kept]) is not None
             assert book.after(kept, lost_word.word[: lost_word.kept + 1]) is None
         assert len(lost_word.word) > LENGTH or lost_word.word in lost
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(1, 7))
+def test_distances_by_relaxation(seed: int, states: int) -> None:
+    rng = np.random.default_rng(seed)
+    edges = np.argwhere(rng.random((states, states)) < 0.4).tolist()
+    ready, kept = rng.integers(-1, 3, states, dtype=np.int32), rng.random(states) < 0.7
+    start = np.searchsorted([s for s, _ in edges], np.arange(states + 1)).astype(np.int64)
+    target = np.array([t for _, t in edges], np.int32)
+    into, source = reverse(start, target)
+    seeds = np.array(sorted(np.flatnonzero(ready >= 0), key=lambda s: ready[s]), np.int64)
+    far = {s: int(r) for s, r in enumerate(ready) if r >= 0}
+    for _ in range(states):
+        for s, t in edges:
+            if t in far and kept[s]:
+                far[s] = min(far.get(s, far[t] + 1), far[t] + 1)
+    assert _why.distances(into, source, ready, seeds, kept).tolist() == [
+        far.get(s, -1) for s in range(states)
+    ]
+    leaving = {
+        s: [int(ready[t]) + 1 for r, t in edges if r == s and not kept[t] and ready[t] >= 0]
+        for s in range(states)
+    }
+    assert _why.leaving(start, target, kept, ready).tolist() == [
+        min(leaving[s], default=-1) if kept[s] else -1 for s in range(states)
+    ]
 
 
 def test_words_given_up_in_words() -> None:

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from supremal import find_uncontrollable, safe_actions, universal
-from supremal.task.experiment import Experiment, interval_means, run, summary
+from supremal.task.experiment import Experiment, run
+from supremal.task.summary import interval_means, summary
 from supremal.task.task import Preset, pickup_delivery
 
 

@@ -13,9 +13,10 @@ from rich.console import Console
 
 from supremal.cli.progress import Reporter
 from supremal.cli.text import describe
-from supremal.task.experiment import run, summary
+from supremal.task.experiment import run
 from supremal.task.folder import new_folder
 from supremal.task.publish import publish
+from supremal.task.summary import summary
 from supremal.task.task import PRESETS, Preset, pickup_delivery
 
 STOPPED: Final = 130

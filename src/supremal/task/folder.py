@@ -13,7 +13,8 @@ from typing import Any
 
 from supremal.errors import SupremalError
 from supremal.learning.q_learning import QResult
-from supremal.task.experiment import INTERVAL, Experiment, interval_means
+from supremal.task.experiment import Experiment
+from supremal.task.summary import INTERVAL, interval_means
 
 
 class OutputError(SupremalError):

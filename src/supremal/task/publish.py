@@ -11,8 +11,9 @@ from supremal.show.diagram import automaton_svg, reward_machine_svg
 from supremal.show.figures import Series, curves_svg, save_curves
 from supremal.show.report import Diagram, report_html
 from supremal.task.comparison import PUBLISHED
-from supremal.task.experiment import INTERVAL, Experiment, interval_means
+from supremal.task.experiment import Experiment
 from supremal.task.folder import write_curves, write_json
+from supremal.task.summary import INTERVAL, interval_means
 from supremal.task.task import Task
 
 _FIGURES: Final = {
