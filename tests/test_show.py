@@ -328,7 +328,6 @@ def test_round_numbers():
 
 
 def test_figures_are_written_as_png_and_svg_the_same_twice(tmp_path):
-    pytest.importorskip("matplotlib")
     one = save_curves(tmp_path / "new" / "score", SERIES, **AXES)
     two = save_curves(tmp_path / "other.v2", SERIES, **AXES)
     assert [path.name for path in one + two] == ["score.png", "score.svg", "other.v2.png", "other.v2.svg"]

@@ -32,7 +32,8 @@ from supremal._graph import first_seed, path_to, search
 from supremal.automata.automaton import Automaton
 from supremal.automata.explore import Exploration, as_parts, explore
 from supremal.automata.reduce import coreachable, keep, reachable
-from supremal.synthesis import _kernels, _why
+from supremal.synthesis import _kernels
+from supremal.synthesis.supcon import cut_out, find_removed
 from supremal.synthesis.supervisor import Supervisor
 
 Parts = Automaton | Sequence[Automaton]
@@ -178,11 +179,11 @@ class Causes:
     product
         Of plants and rules.
     cause, after
-        ``int8 [S]`` and ``int32 [S]``, as `_why.remove` returns them.
+        ``int8 [S]`` and ``int32 [S]``, as `_kernels.remove` returns them.
     """
 
     product: Product
-    cause: _why.Causes
+    cause: _kernels.Causes
     after: Ints
 
     @property
@@ -201,7 +202,7 @@ def find_causes(
 ) -> Causes:
     r"""Return why states of the product of ``plants`` and ``specs`` have to go.
 
-    Parameters and errors are those of `synthesize`; as fast, within a third.
+    Parameters and errors are those of `synthesize`.
 
     Examples
     --------
@@ -214,15 +215,7 @@ def find_causes(
     """
     rules = as_rules(specs, nonblocking=nonblocking)
     product = product_of(named(plants, "plant"), rules, max_states=max_states)
-    graph = product.graph
-    free = graph.alphabet.controllable
-    left = np.full(graph.bad.size, NONE, np.int32)
-    marked = graph.marked if nonblocking else np.ones(graph.bad.size, np.bool_)
-    if must_act:
-        acting = np.repeat(np.arange(left.size), np.diff(graph.start))[free[graph.event]]
-        left[graph.offers] = np.bincount(acting, minlength=left.size)[graph.offers]
-    into, source = _kernels.turn_round(graph.start, graph.event, graph.target, free)
-    cause, after = _why.remove(graph.start, into, source, marked, graph.bad, left)
+    cause, after = find_removed(product.graph, nonblocking=nonblocking, must_act=must_act)
     return Causes(product, cause, after)
 
 
@@ -232,18 +225,8 @@ def supervisor_of(causes: Causes) -> tuple[Supervisor, Ints]:
     It is the one that `synthesize` returns.
     """
     graph, plants, rules = causes.product.graph, causes.product.plants, causes.product.rules
-    free = graph.alphabet.controllable
-    number = np.full(len(graph.bad), NONE, np.int32)
-    order = _kernels.reach(graph.start, graph.target, causes.cause == _why.KEPT, number)
-    delta = np.full((len(order), len(free)), NONE, np.int32)
-    enabled = np.repeat(~free[None], len(order), axis=0)
-    _kernels.fill(graph.start, graph.event, graph.target, order, number, delta, enabled)
-    states = graph.states[order]
+    states = graph.states.copy()
     for k, rule in enumerate(rules, len(plants)):
         states[:, k] = rule.number[states[:, k]]
-    plant_state = states[:, : len(plants)].copy()
-    for array in (delta, enabled, states, plant_state):
-        array.flags.writeable = False  # so that they are not copied again
     name = " ∥ ".join(part.name for part in (*plants, *(rule.whole for rule in rules)))
-    behaviour = Automaton(graph.alphabet, delta, graph.marked[order], states, name=name)
-    return Supervisor(behaviour, plant_state, enabled), order
+    return cut_out(graph, causes.cause == _kernels.KEPT, states, plants=len(plants), name=name)

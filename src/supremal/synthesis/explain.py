@@ -24,12 +24,16 @@ import numpy as np
 
 from supremal._arrays import NONE, Ints, Longs
 from supremal.errors import ModelError
-from supremal.synthesis import _why
+from supremal.synthesis import _kernels, _why
 from supremal.synthesis.causes import Break, Causes, Parts, find_causes, supervisor_of
 from supremal.synthesis.reasons import End, How, Reason, Step
 from supremal.synthesis.supervisor import Supervisor
 
-_HOW: Final[dict[int, How]] = {_why.FORCED: "uncontrollable", _why.STUCK: "choice", _why.BLOCKED: "way"}
+_HOW: Final[dict[int, How]] = {
+    _kernels.FORCED: "uncontrollable",
+    _kernels.STUCK: "choice",
+    _kernels.BLOCKED: "way",
+}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -198,7 +202,7 @@ def explain_empty(causes: Causes) -> Reason | None:
         product = causes.product
         parts = [*product.plants, *(rule.closure for rule in product.rules)]
         return Reason((), "", (), "nothing", tuple(Break("", p.name, "") for p in parts if not p.n_states))
-    return None if causes.cause[0] == _why.KEPT else Reason((), "", *_end(causes, 0))
+    return None if causes.cause[0] == _kernels.KEPT else Reason((), "", *_end(causes, 0))
 
 
 def _end(causes: Causes, state: int) -> tuple[tuple[Step, ...], End, tuple[Break, ...]]:
@@ -208,12 +212,12 @@ def _end(causes: Causes, state: int) -> tuple[tuple[Step, ...], End, tuple[Break
     uncontrollable = product.graph.alphabet.uncontrollable
     while True:
         cause, after = int(causes.cause[state]), int(causes.after[state])
-        if cause == _why.ESCAPES:
+        if cause == _kernels.ESCAPES:
             return tuple(steps), "break", product.escaping(state)
         leads = product.events(state)
         choices = tuple(event for event in leads if event not in uncontrollable)
         if after == NONE:
-            stuck = cause == _why.STUCK
+            stuck = cause == _kernels.STUCK
             goes_on = any(to != NONE for to in leads.values())
             tried = choices if stuck else () if goes_on else tuple(leads)
             breaks = tuple(b for event in tried for b in product.broken(state, event))

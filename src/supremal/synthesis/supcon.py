@@ -15,9 +15,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from supremal._arrays import NONE
+from supremal._arrays import NONE, Bools, Ints
 from supremal.automata.automaton import Automaton
-from supremal.automata.explore import as_parts, explore
+from supremal.automata.explore import Exploration, as_parts, explore
 from supremal.synthesis import _kernels
 from supremal.synthesis.supervisor import Supervisor
 
@@ -75,24 +75,39 @@ def synthesize(
     """
     plants, specs = as_parts(plant), as_parts(spec)
     graph = explore(plants, specs, max_states=max_states)
-    free = graph.alphabet.controllable
-    good = ~graph.bad
-    left = np.full(good.size, NONE, np.int32)
+    cause, _ = find_removed(graph, nonblocking=nonblocking, must_act=must_act)
+    name = " ∥ ".join(part.name for part in (*plants, *specs) if part.name)
+    return cut_out(graph, cause == _kernels.KEPT, graph.states, plants=len(plants), name=name)[0]
+
+
+def find_removed(graph: Exploration, *, nonblocking: bool, must_act: bool) -> tuple[_kernels.Causes, Ints]:
+    """Return why each state of a product has to go, and after which, as `_kernels.remove` does."""
+    states, free = graph.bad.size, graph.alphabet.controllable
+    left = np.full(states, NONE, np.int32)
     if must_act:
-        acting = np.repeat(np.arange(good.size), np.diff(graph.start))[free[graph.event]]
-        left[graph.offers] = np.bincount(acting, minlength=good.size)[graph.offers]
+        acting = np.repeat(np.arange(states), np.diff(graph.start))[free[graph.event]]
+        left[graph.offers] = np.bincount(acting, minlength=states)[graph.offers]
     into, source = _kernels.turn_round(graph.start, graph.event, graph.target, free)
-    marked = graph.marked if nonblocking else np.ones(good.size, np.bool_)
-    _kernels.shrink(into, source, marked, good, left)
-    number = np.full(good.size, NONE, np.int32)
-    order = _kernels.reach(graph.start, graph.target, good, number)
+    marked = graph.marked if nonblocking else np.ones(states, np.bool_)
+    return _kernels.remove(graph.start, into, source, marked, graph.bad, left)
+
+
+def cut_out(
+    graph: Exploration, kept: Bools, states: Ints, *, plants: int, name: str
+) -> tuple[Supervisor, Ints]:
+    """Return what is ``kept`` of a product as a supervisor, and the product's state in each of its states.
+
+    ``states [S, K]`` are those of the parts, of which the first ``plants`` are plants.
+    """
+    free = graph.alphabet.controllable
+    number = np.full(kept.size, NONE, np.int32)
+    order = _kernels.reach(graph.start, graph.target, kept, number)
     delta = np.full((order.size, free.size), NONE, np.int32)
     enabled = np.repeat(~free[None], order.size, axis=0)
     _kernels.fill(graph.start, graph.event, graph.target, order, number, delta, enabled)
-    states = graph.states[order]
-    plant_state = states[:, : len(plants)].copy()
-    for array in (delta, enabled, states, plant_state):
+    parts = states[order]
+    plant_state = parts[:, :plants].copy()
+    for array in (delta, enabled, parts, plant_state):
         array.flags.writeable = False  # so that they are not copied again
-    name = " ∥ ".join(part.name for part in (*plants, *specs) if part.name)
-    behaviour = Automaton(graph.alphabet, delta, graph.marked[order], states, name=name)
-    return Supervisor(behaviour, plant_state, enabled)
+    behaviour = Automaton(graph.alphabet, delta, graph.marked[order], parts, name=name)
+    return Supervisor(behaviour, plant_state, enabled), order

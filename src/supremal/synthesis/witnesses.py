@@ -23,7 +23,7 @@ from supremal._graph import coreachable_to
 from supremal.automata.alphabet import union
 from supremal.automata.automaton import Automaton
 from supremal.errors import AutomatonError
-from supremal.synthesis import _why
+from supremal.synthesis import _kernels
 from supremal.synthesis.causes import (
     Break,
     Causes,
@@ -215,7 +215,7 @@ def explain_deadlock(plants: Parts, specs: Parts, *, max_states: int | None = No
 
 def deadlock_in(causes: Causes) -> Deadlock | None:
     """Return the nearest state that is stuck because every choice breaks a rule at once."""
-    stuck = (causes.cause == _why.STUCK) & (causes.after == NONE)
+    stuck = (causes.cause == _kernels.STUCK) & (causes.after == NONE)
     if not stuck.any():
         return None
     state, product = int(np.argmax(stuck)), causes.product
