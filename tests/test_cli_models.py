@@ -14,13 +14,8 @@ import book
 from supremal import find_blocking, find_uncontrollable, sync, synthesize
 from supremal.cli import findings as findings_module
 from supremal.cli import main
-from supremal.cli.check import check
 from supremal.cli.findings import Options, document, read, study
-from supremal.cli.synthesize import synthesize_command
 from supremal.formats import read_model
-
-for command in (check, synthesize_command):
-    main.add_command(command)
 
 MODELS = sorted((book.CASES / "models").glob("*.json"))
 FACTORY = book.CASES / "models" / "small_factory.json"

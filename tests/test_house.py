@@ -51,7 +51,7 @@ def test_import_is_light(tmp_path: Path) -> None:
     assert min(seconds for seconds, _ in runs) < IMPORT_SECONDS
 
 
-def test_wheel_works_away_from_the_sources(tmp_path: Path) -> None:
+def test_wheel_works_away_from_the_sources(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     run(sys.executable, "-m", "build", "--wheel", "--no-isolation", "--outdir", tmp_path, ROOT, cwd=tmp_path)
     (wheel,) = tmp_path.glob("supremal-*.whl")
     home = tmp_path / "venv"
@@ -59,6 +59,7 @@ def test_wheel_works_away_from_the_sources(tmp_path: Path) -> None:
     base = {"base": str(home), "platbase": str(home)}
     python = Path(sysconfig.get_path("scripts", "venv", base)) / Path(sys.executable).name
     site = Path(sysconfig.get_path("purelib", "venv", base))
+    monkeypatch.delenv("PYTHONPATH", raising=False)
     run(sys.executable, "-m", "pip", "--python", python, "install", "-q", "--no-deps", wheel, cwd=tmp_path)
     # The dependencies come from here; a path named in a .pth brings no other .pth along, so not the sources.
     (site / "dependencies.pth").write_text(sysconfig.get_path("purelib"), encoding="utf-8")

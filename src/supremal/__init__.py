@@ -49,8 +49,24 @@ from supremal.rules.sequences import (
     rule_from_safe,
     rule_from_unsafe,
 )
+from supremal.synthesis.explain import Disabled, explain_disabled
+from supremal.synthesis.given_up import GivenUp, Guilty, find_guilty, given_up
+from supremal.synthesis.infimal import infimal_controllable
+from supremal.synthesis.modular import Modular, find_conflict, is_nonconflicting, synthesize_modular
+from supremal.synthesis.normal import synthesize_normal
+from supremal.synthesis.observation import (
+    Confusion,
+    find_abnormal,
+    find_unobservable,
+    is_normal,
+    is_observable,
+    observer,
+)
+from supremal.synthesis.reasons import Reason
+from supremal.synthesis.reduction import localise, reduce_supervisor
 from supremal.synthesis.supcon import synthesize
 from supremal.synthesis.supervisor import Monitor, Supervisor
+from supremal.synthesis.timed import synthesize_timed
 from supremal.synthesis.verify import (
     Violation,
     find_blocking,
@@ -58,22 +74,29 @@ from supremal.synthesis.verify import (
     is_controllable,
     is_nonblocking,
 )
+from supremal.synthesis.witnesses import explain_blocking, explain_violation
 
 __all__ = [
     "Alphabet",
     "AlphabetError",
     "Automaton",
     "AutomatonError",
+    "Confusion",
     "ConvergenceError",
+    "Disabled",
     "Evaluation",
     "FormatError",
+    "GivenUp",
+    "Guilty",
     "MDPError",
     "MissingDependencyError",
     "ModelError",
+    "Modular",
     "Monitor",
     "Outcome",
     "Plan",
     "QResult",
+    "Reason",
     "RewardMachine",
     "RuleError",
     "Settings",
@@ -89,25 +112,39 @@ __all__ = [
     "count_words",
     "difference",
     "evaluate",
+    "explain_blocking",
+    "explain_disabled",
+    "explain_violation",
+    "find_abnormal",
     "find_blocking",
+    "find_conflict",
     "find_dead_end",
     "find_difference",
+    "find_guilty",
     "find_not_included",
     "find_uncontrollable",
+    "find_unobservable",
     "from_outcomes",
     "from_table",
     "from_text",
     "from_transitions",
+    "given_up",
+    "infimal_controllable",
     "inverse_project",
     "is_controllable",
     "is_included",
     "is_isomorphic",
     "is_nonblocking",
+    "is_nonconflicting",
+    "is_normal",
+    "is_observable",
     "is_same_language",
     "language_union",
+    "localise",
     "mark_all",
     "meet",
     "minimise",
+    "observer",
     "plant_automaton",
     "prefix_closure",
     "product",
@@ -116,6 +153,7 @@ __all__ = [
     "q_learning_seeds",
     "quotient",
     "reachable",
+    "reduce_supervisor",
     "relabel",
     "reverse_language",
     "reward_machine",
@@ -128,6 +166,9 @@ __all__ = [
     "shuffle",
     "sync",
     "synthesize",
+    "synthesize_modular",
+    "synthesize_normal",
+    "synthesize_timed",
     "trim",
     "universal",
     "value_iteration",

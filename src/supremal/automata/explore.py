@@ -31,6 +31,9 @@ _DIRECT: Final = 1 << 26
 _ROOM: Final = 1 << 22
 """The most states that there is room for at first; here too pages come as needed."""
 
+_NAMED: Final = 12
+"""Parts that an error names."""
+
 _BITS: Final = 62
 _MEMORY_SHARE: Final = 0.4
 
@@ -141,15 +144,16 @@ def explore(
         column,
         table,
     )
-    room = min(prod(sizes), _ROOM)
+    room = min(prod(sizes), _ROOM, limit)
     found = _Found(len(alphabet), int(place.max(initial=0)) + 1, room, hashed=not direct)
     while found.done[0] < found.done[1] <= limit:
         found.make_room()
         _kernels.explore(*model, *found.arrays(), found.done)
     _, count, edges = found.done.tolist()
     if count > limit:
-        named = ", ".join(f"{p.name or f'part {k}'} ({p.n_states})" for k, p in enumerate(parts))
-        message = f"the product of {named} states has more than {limit:,}; raise max_states or split it"
+        message = (
+            f"the product of {_sizes(parts)} states has more than {limit:,}; raise max_states or split it"
+        )
         raise AutomatonError(message)
     states = np.empty((count, len(parts)), np.int32)
     _kernels.unpack(found.keys, place, shift, bits, states)
@@ -167,6 +171,14 @@ def explore(
         found.bad[:count],
         found.offers[:count],
     )
+
+
+def _sizes(parts: Sequence[Automaton]) -> str:
+    """Return the names and sizes of the parts; of many, those of the largest."""
+    named = {k: f"{part.name or f'part {k}'} ({part.n_states})" for k, part in enumerate(parts)}
+    largest = sorted(named, key=lambda k: -parts[k].n_states)[:_NAMED]
+    more = f" and {len(named) - _NAMED} smaller ones" if len(named) > _NAMED else ""
+    return ", ".join(named[k] for k in sorted(largest)) + more
 
 
 class _Found:
