@@ -101,6 +101,16 @@ def test_bad_options_exit_with_2(arguments: list[str]) -> None:
     assert demo(*arguments).exit_code == 2
 
 
+def test_without_matplotlib_nothing_is_begun(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    monkeypatch.delitem(sys.modules, "supremal.show._matplotlib", raising=False)
+    result = demo("--episodes", "10", "--out", str(tmp_path / "run"))
+    assert result.exit_code == 2
+    assert result.stdout == ""
+    assert result.stderr == "Error: drawing figures needs matplotlib: pip install 'supremal[plot]'\n"
+    assert not list(tmp_path.iterdir())
+
+
 def test_ctrl_c_leaves_a_usable_partial_run(tmp_path: Path) -> None:
     out = tmp_path / "run"
     command = [sys.executable, "-m", "supremal", "demo", "--episodes", "5000000", "--out", str(out)]

@@ -13,6 +13,7 @@ from rich.console import Console
 
 from supremal.cli.progress import Reporter
 from supremal.cli.text import describe
+from supremal.show.figures import check_figures
 from supremal.task.experiment import run
 from supremal.task.folder import new_folder
 from supremal.task.publish import publish
@@ -43,6 +44,7 @@ def demo(
     as_json: bool,
 ) -> None:
     """Run the paper's experiment: check, supervise, train, evaluate, report."""
+    check_figures()
     console = Console(quiet=as_json)
     task = pickup_delivery(preset)
     if episodes is not None:

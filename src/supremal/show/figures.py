@@ -7,6 +7,7 @@ draw the same `Series`, in the same style.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from importlib import import_module
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -17,7 +18,7 @@ from supremal.show._scale import number, ticks
 if TYPE_CHECKING:
     from supremal.show._matplotlib import Axes
 
-__all__ = ["Series", "curves_svg", "save_curves"]
+__all__ = ["Series", "check_figures", "curves_svg", "save_curves"]
 
 _INK: Final = "#1b2530"
 _FEW: Final = 4  # up to so many reference points show their value
@@ -49,6 +50,11 @@ _STYLES: Final[dict[str, dict[str, Any]]] = {
         "clip_on": False,
     },
 }
+
+
+def check_figures() -> None:
+    """Raise a `MissingDependencyError` if `save_curves` could not draw; to be asked before long work."""
+    import_module("supremal.show._matplotlib")
 
 
 def save_curves(
