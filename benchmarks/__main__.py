@@ -1,4 +1,7 @@
-"""Run every benchmark: ``python -m benchmarks`` (or ``make bench``); names pick some of them."""
+"""Run every benchmark: ``python -m benchmarks`` (or ``make bench``); names pick some.
+
+``agreement`` takes about half an hour and is run by its name only.
+"""
 
 from __future__ import annotations
 
