@@ -11,7 +11,7 @@ import sys
 from importlib import import_module
 from pathlib import Path
 
-NAMES = ("learning", "minimise", "startup", "synthesis")
+NAMES = ("learning", "startup", "synthesis", "growth", "minimise")
 RECORDS = Path(__file__).parent / "records"
 
 
