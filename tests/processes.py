@@ -5,6 +5,7 @@ Everything here is on explicit lists and sets, so that it can be read against th
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import product as combinations
 
 import numpy as np
@@ -42,8 +43,50 @@ def random_process(seed: int, *, states: int = 5, silent: bool = False) -> Tabul
     )
 
 
-def random_rule(seed: int, *, states: int = 3) -> Automaton:
-    """Return a partial automaton over some of the events."""
+WORDS = [
+    (),
+    ("a",),
+    ("b",),
+    ("u",),
+    ("a", "u"),
+    ("u", "a"),
+    ("a", "b"),
+    ("a", "a"),
+    ("b", "u", "a"),
+    ("b", "u", "b"),
+]
+
+
+def wild_process(seed: int, *, states: int = 5) -> TabularMDP:
+    """Return a process with any words, dead ends, several starts, and an action that is no event."""
+    rng = np.random.default_rng(seed)
+    tame = rng.random() < 0.5  # most words begin with the action
+    terminal = [s for s in range(states) if rng.random() < 0.2]
+    lines = []
+    for s in range(states):
+        choices = [a for a in ("a", "b", "go") if rng.random() < (0.5 if a == "go" else 0.75)]
+        surprises = [
+            (WORDS[rng.choice([0, 3, 5])], int(rng.integers(states))) for _ in range(rng.integers(2))
+        ]
+        for action in choices if s not in terminal else []:
+            found = dict.fromkeys(surprises)
+            for _ in range(rng.integers(not surprises, 3)):
+                words = [w for w in WORDS if w[:1] == (action,)] if tame and action != "go" else WORDS
+                found[words[rng.integers(len(words))], int(rng.integers(states))] = None
+            lines += [Outcome(s, action, t, 1 / len(found), word) for word, t in found]
+    mdp = from_outcomes(
+        lines,
+        alphabet=SIGMA,
+        actions=("a", "b", "go"),
+        terminal=[*terminal, states - 1],
+        marked=[s for s in range(states) if rng.random() < 0.3],
+    )
+    starts = rng.permutation(mdp.n_states)[: rng.choice([1, 1, 1, 2])]
+    return replace(mdp, initial=np.isin(np.arange(mdp.n_states), starts) / starts.size)
+
+
+def random_rule(seed: int, *, states: int = 3, owing: float = 0.0) -> Automaton:
+    """Return a partial automaton over some of the events; ``owing`` is the share of unmarked states."""
     rng = np.random.default_rng(seed)
     names = [name for name in SIGMA if rng.random() < 0.8] or ["a"]
     alphabet = Alphabet(tuple(names), SIGMA.uncontrollable & set(names))
@@ -53,7 +96,9 @@ def random_rule(seed: int, *, states: int = 3) -> Automaton:
         for name in names
         if rng.random() < 0.75
     ]
-    return from_transitions(alphabet, triples, states=[str(q) for q in range(states)], name=f"rule{seed}")
+    numbers = [str(q) for q in range(states)]
+    marked = [number for number in numbers if rng.random() >= owing]
+    return from_transitions(alphabet, triples, states=numbers, marked=marked, name=f"rule{seed}")
 
 
 def outcomes_of(mdp: TabularMDP, s: int, a: int) -> list[tuple[int, float, float, tuple[str, ...]]]:
@@ -77,6 +122,12 @@ def follow(rule: Automaton, q: int, word: tuple[str, ...]) -> int:
         if q >= 0 and name in rule.alphabet:
             q = int(rule.delta[q, rule.alphabet.index(name)])
     return q
+
+
+def arrive(mdp: TabularMDP, rule: Automaton, q: int, word: tuple[str, ...], t: int) -> int:
+    """Return where ``word`` leads from ``q``: to -1 if it breaks the rule, or ends in ``t`` and owes it."""
+    q = follow(rule, q, word)
+    return -1 if q >= 0 and mdp.terminal[t] and not rule.marked[q] else q
 
 
 def is_safe_mask(mdp: TabularMDP, broken: set[int], mask: set[tuple[int, int]], *, nonblocking: bool) -> bool:

@@ -10,8 +10,8 @@ import pytest
 
 from processes import (
     SIGMA,
+    arrive,
     feasible_pairs,
-    follow,
     is_safe_mask,
     matrices,
     outcomes_of,
@@ -47,12 +47,14 @@ MACHINE = reward_machine(
 
 
 def with_rules(seed: int) -> TabularMDP:
-    return product(random_process(seed, silent=seed % 2 == 0), [random_rule(seed), random_rule(seed + 1000)])
+    rules = [random_rule(seed), random_rule(seed + 1000, owing=0.3)]
+    return product(random_process(seed, silent=seed % 2 == 0), rules)
 
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_product_is_that_of_the_definition(seed: int) -> None:
-    mdp, rules = random_process(seed, silent=True), [random_rule(seed), random_rule(seed + 500)]
+    mdp = random_process(seed, silent=True)
+    rules = [random_rule(seed, owing=0.3), random_rule(seed + 500, owing=0.3 * (seed % 2))]
     got = product(mdp, rules, MACHINE)
     expected: dict[tuple[int, ...], dict[int, list[tuple[object, ...]]]] = {}
     todo = [(0, 0, 0, 0)]
@@ -67,7 +69,7 @@ def test_product_is_that_of_the_definition(seed: int) -> None:
         for a in range(mdp.n_actions):
             rows: list[tuple[object, ...]] = []
             for t, p, _, word in outcomes_of(mdp, s, a):
-                after = [follow(rule, q, word) for rule, q in zip(rules, qs, strict=True)]
+                after = [arrive(mdp, rule, q, word, t) for rule, q in zip(rules, qs, strict=True)]
                 true = {name for i, name in enumerate(mdp.propositions) if mdp.label[t] >> i & 1}
                 v, r = MACHINE.step(u, true)
                 to = (t, *after, v) if min(after) >= 0 else (-1, *(min(q, 0) for q in after), 0)
@@ -81,14 +83,15 @@ def test_product_is_that_of_the_definition(seed: int) -> None:
             assert [(origins[t], p, r, w) for t, p, r, w in outcomes_of(got, i, a)] == rows
         s = state[0]
         assert got.terminal[i] == (s < 0 or mdp.terminal[s])
-        assert got.marked[i] == (s >= 0 and mdp.marked[s])
+        satisfied = all(q >= 0 and rule.marked[q] for rule, q in zip(rules, state[1:], strict=False))
+        assert got.marked[i] == (s >= 0 and mdp.marked[s] and satisfied)
         assert got.label[i] == (0 if s < 0 else mdp.label[s])
 
 
 @pytest.mark.parametrize("nonblocking", [True, False])
 @pytest.mark.parametrize("seed", SEEDS)
 def test_safe_actions_are_the_union_of_all_safe_masks(seed: int, nonblocking: bool) -> None:  # noqa: FBT001
-    p = product(random_process(seed, states=4), [random_rule(seed, states=2)])
+    p = product(random_process(seed, states=4), [random_rule(seed, states=2, owing=0.3)])
     pairs, broken = feasible_pairs(p), set(np.flatnonzero(broken_states(p)).tolist())
     if len(pairs) > 11:
         pairs = pairs[:11]

@@ -11,6 +11,8 @@ from hypothesis import strategies as st
 
 from strategies import Formula, formulas
 from supremal import FormatError, RewardMachine, RuleError, reward_machine
+from supremal.decisions.guards import truth_table
+from supremal.decisions.reward_machine import none_of
 
 FIGURE_6 = [
     ("u0", "!p1 & !p2 & !p3", "u0", -10.0),
@@ -69,7 +71,7 @@ def test_shapes_and_order() -> None:
     assert machine.states == ("u0", "u1", "u2", "u3", "u4", "u5")
     assert machine.propositions == tuple(P)
     assert machine.delta.shape == (6, 16)
-    assert machine.reward.shape == (6, 6)
+    assert machine.reward.shape == (6, 16)
     assert len(machine.edges) == len(FIGURE_6)
     assert machine.edges[0].guard == "!p1 & !p2 & !p3"
     assert repr(machine) == "<RewardMachine 'grid': 6 states, 12 edges>"
@@ -104,30 +106,48 @@ def test_guards_may_overlap_where_they_agree() -> None:
         assert machine.step(0, true) == (1, 1.0)
 
 
+def test_each_guard_between_two_states_keeps_its_reward() -> None:
+    machine = reward_machine(["c", "d"], [("0", "c", "1", 1.0), ("0", "d & !c", "1", 2.0)])
+    assert [machine.step(0, true) for true in ({"c"}, {"d"}, {"c", "d"})] == [(1, 1.0), (1, 2.0), (1, 1.0)]
+
+
+def test_loops_may_differ_where_they_leave_no_case_out() -> None:
+    machine = reward_machine(["c"], [("0", "c", "0", 1.0), ("0", "!c", "0", 2.0)])
+    assert run(machine, [{"c"}, set()]) == (["0", "0"], [1.0, 2.0])
+
+
 @given(
-    st.lists(st.tuples(st.integers(0, 2), formulas(["p", "q"]), st.integers(0, 2)), min_size=1, max_size=5)
+    st.lists(
+        st.tuples(st.integers(0, 2), formulas(["p", "q"]), st.integers(0, 2), st.sampled_from([0.0, 1.0])),
+        min_size=1,
+        max_size=5,
+    )
 )
-def test_steps_by_the_definition(edges: list[tuple[int, Formula, int]]) -> None:
-    """Every edge u → v earns 10 u + v, so that no two between the same states disagree."""
-    listed = [(str(u), guard.text, str(v), 10.0 * u + v) for u, guard, v in edges]
+def test_steps_by_the_definition(edges: list[tuple[int, Formula, int, float]]) -> None:
     labels: list[set[str]] = [set(), {"p"}, {"q"}, {"p", "q"}]
-    chosen = {
-        (u, n): {v for w, guard, v in edges if w == u and guard.holds(true)}
-        for u in range(3)
-        for n, true in enumerate(labels)
-    }
-    if any(len(targets) > 1 for targets in chosen.values()):
-        with pytest.raises(RuleError, match="both guards"):
+    loops = {u: {r for v, _, w, r in edges if u == v == w} or {0.0} for u, *_ in edges}
+    expected = {}
+    for u in {state for v, _, w, _ in edges for state in (v, w)}:
+        for n, true in enumerate(labels):
+            steps = {(v, r) for w, guard, v, r in edges if w == u and guard.holds(true)}
+            expected[u, n] = steps or {(u, r) for r in loops.get(u, {0.0})}
+    listed = [(str(u), guard.text, str(v), reward) for u, guard, v, reward in edges]
+    if any(len(steps) > 1 for steps in expected.values()):
+        with pytest.raises(RuleError, match="both guards|its loops have different rewards"):
             reward_machine(["p", "q"], listed)
         return
     machine = reward_machine(["p", "q"], listed)
     assert machine.states[0] == str(edges[0][0])
-    earned = {(source, target): reward for source, _, target, reward in listed}
-    for (u, n), targets in chosen.items():
-        if str(u) in machine.states:
-            after, reward = machine.step(machine.states.index(str(u)), labels[n])
-            expected = str(next(iter(targets), u))
-            assert (machine.states[after], reward) == (expected, earned.get((str(u), expected), 0.0))
+    for (u, n), steps in expected.items():
+        after, reward = machine.step(machine.states.index(str(u)), labels[n])
+        assert {(int(machine.states[after]), reward)} == steps
+
+
+@given(st.lists(formulas(["p", "q"]), max_size=3))
+def test_none_of_some_guards(guards: list[Formula]) -> None:
+    rest = none_of([guard.text for guard in guards], ["p", "q"])
+    uncovered = [not any(guard.holds(true) for guard in guards) for true in (set(), {"p"}, {"q"}, {"p", "q"})]
+    assert (truth_table(rest, ["p", "q"]).tolist() if rest else [False] * 4) == uncovered
 
 
 # --- bad machines -----------------------------------------------------------------------------------------
@@ -151,8 +171,14 @@ def test_steps_by_the_definition(edges: list[tuple[int, Formula, int]]) -> None:
         pytest.param(
             [("u0", "p1", "u1", 1.0), ("u0", "p2", "u1", 2.0)],
             {},
-            "two edges u0 → u1 have rewards 1 and 2; give both the same, or add a state",
+            "both guards 'p1' (to u1, reward 1) and 'p2' (to u1, reward 2) are true for {p1, p2}; make them",
             id="two rewards",
+        ),
+        pytest.param(
+            [("u0", "p1", "u0", 1.0), ("u0", "p2 & !p1", "u0", 2.0)],
+            {},
+            "no guard of u0 is true for {}, and its loops have different rewards (1, 2); give that case an",
+            id="two loops",
         ),
         pytest.param(
             [("u0", "p1", "u1", float("nan"))],
@@ -197,7 +223,7 @@ def test_too_many_propositions() -> None:
 
 
 def test_the_arrays_of_a_machine_are_its_own() -> None:
-    delta, reward = np.zeros((1, 2), np.int32), np.zeros((1, 1))
+    delta, reward = np.zeros((1, 2), np.int32), np.zeros((1, 2))
     machine = RewardMachine(("u",), ("p",), (), delta, reward)
     delta[:], reward[:] = 7, 7.0
     assert machine.step(0, {"p"}) == (0, 0.0)

@@ -1,10 +1,10 @@
-"""Kernels of decision processes: the product, the safe set, and sweeps over values."""
+"""Kernels of decision processes: the product and the safe set."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from supremal._arrays import NONE, Bools, Floats, Ints, Longs
+from supremal._arrays import NONE, Bools, Ints, Longs
 from supremal._hash import find_slot, grow, rehash
 from supremal._jit import kernel
 
@@ -19,29 +19,37 @@ def explore(
     rule_next: Ints,
     rule_base: Longs,
     rule_size: Longs,
+    rule_marked: Bools,
     machine_next: Ints,
     machine_label: Ints,
     words: int,
     limit: int,
-) -> tuple[Longs, Longs, Ints, Longs]:
+) -> tuple[Longs, Ints, Longs, Ints, Longs]:
     """Explore the product of a process, rules that read its words, and a machine that reads its labels.
 
     Rule ``k`` moves from ``q`` by word ``w`` to ``rule_next[rule_base[k] + q * words + w]``, `NONE` if that
-    breaks it.  A state's key is its mixed-radix number (process, rules, machine), and ``-1 - m`` for the
-    sink in which the rules of bit mask ``m`` are broken.
+    breaks it; it breaks too where a state that is not in ``rule_marked``, one rule's after the other's, meets
+    a terminal one.  A state's key is its mixed-radix number (process, rules, machine), and ``-1 - m`` for
+    the sink in which the rules of bit mask ``m`` are broken.
 
-    Returns ``keys [S]``, ``row``, ``next_state [O]`` and ``taken [O]``, the process's outcome behind each
-    outcome.  More than ``limit`` states: one key too many comes back.
+    Returns ``keys [S]``, ``start``, the state in which each of ``initial`` begins, ``row``, ``next_state
+    [O]`` and ``taken [O]``, the process's outcome behind each outcome.  More than ``limit`` states: one key
+    too many comes back.
     """
     rules = rule_size.shape[0]
     machine_size = machine_next.shape[0]
     actions = (row.shape[0] - 1) // terminal.shape[0]
     radix = machine_size
-    broken_at_start = 0
+    without_state = 0
+    owing = 0
+    first = 0
     for k in range(rules):
         radix *= max(rule_size[k], 1)
         if rule_size[k] == 0:
-            broken_at_start |= 1 << k
+            without_state |= 1 << k
+        elif not rule_marked[first]:
+            owing |= 1 << k
+        first += rule_size[k]
 
     keys = np.empty(1024, np.int64)
     slots = np.full(4096, NONE, np.int32)
@@ -49,9 +57,12 @@ def explore(
     out_next = np.empty(4096, np.int32)
     out_taken = np.empty(4096, np.int64)
     state = np.empty(rules, np.int64)
+    start = np.empty(initial.shape[0], np.int32)
     count = 0
-    for s in initial:
-        key = -1 - broken_at_start if broken_at_start else s * radix
+    for i in range(initial.shape[0]):
+        s = initial[i]
+        broken = without_state | owing if terminal[s] else without_state
+        key = np.int64(-1 - broken) if broken else s * radix
         slot = find_slot(slots, keys, key)
         if slots[slot] == NONE:
             if count + 1 == keys.shape[0]:
@@ -61,6 +72,8 @@ def explore(
             count += 1
             if count * 2 > slots.shape[0]:
                 slots = rehash(slots, keys, count)
+                slot = find_slot(slots, keys, key)
+        start[i] = slots[slot]
     outcomes = 0
     head = 0
     while head < count:
@@ -81,10 +94,12 @@ def explore(
                     broken = 0
                     to = np.int64(next_state[o])
                     reached = to
+                    first = 0
                     for k in range(rules):
                         q = rule_next[rule_base[k] + state[k] * words + word[o]]
-                        if q == NONE:
+                        if q == NONE or (terminal[to] and not rule_marked[first + q]):
                             broken |= 1 << k
+                        first += rule_size[k]
                         reached = reached * rule_size[k] + q
                     reached = reached * machine_size + machine_next[u, machine_label[to]]
                     if broken:
@@ -92,7 +107,7 @@ def explore(
                     slot = find_slot(slots, keys, reached)
                     if slots[slot] == NONE:
                         if count == limit:
-                            return keys[: count + 1].copy(), out_row, out_next, out_taken
+                            return keys[: count + 1].copy(), start, out_row, out_next, out_taken
                         if count + 1 == keys.shape[0]:
                             keys = grow(keys)
                         keys[count] = reached
@@ -111,6 +126,7 @@ def explore(
         head += 1
     return (
         keys[:count].copy(),
+        start,
         out_row[: count * actions + 1].copy(),
         out_next[:outcomes].copy(),
         out_taken[:outcomes].copy(),
@@ -141,54 +157,3 @@ def disable(
                     safe[s] = False
                     fresh[count] = s
                     count += 1
-
-
-@kernel
-def bellman(
-    choice: Ints, outcome: Ints, target: Ints, prob: Floats, reward: Floats, gamma: float, value: Floats
-) -> float:
-    """Replace ``value`` by the best one-step return, in place; return the largest change.
-
-    State s has the choices ``choice[s]`` to ``choice[s + 1]``, choice c the outcomes ``outcome[c]`` to
-    ``outcome[c + 1]``; a state without choices keeps its value.
-    """
-    change = 0.0
-    for s in range(value.shape[0] - 1, -1, -1):
-        best = -np.inf
-        for c in range(choice[s], choice[s + 1]):
-            q = 0.0
-            for o in range(outcome[c], outcome[c + 1]):
-                q += prob[o] * (reward[o] + gamma * value[target[o]])
-            best = max(best, q)
-        if best > -np.inf:
-            change = max(change, abs(best - value[s]))
-            value[s] = best
-    return change
-
-
-@kernel
-def action_values(
-    outcome: Ints, target: Ints, prob: Floats, reward: Floats, gamma: float, value: Floats, q: Floats
-) -> None:
-    """Write the one-step return of every choice to ``q``."""
-    for c in range(q.shape[0]):
-        total = 0.0
-        for o in range(outcome[c], outcome[c + 1]):
-            total += prob[o] * (reward[o] + gamma * value[target[o]])
-        q[c] = total
-
-
-@kernel
-def sweep(
-    start: Longs, target: Ints, prob: Floats, gain: Floats, gamma: float, free: Bools, value: Floats
-) -> float:
-    """One in-place sweep of value = gain + γ P value over the ``free`` states; return the largest change."""
-    change = 0.0
-    for s in range(value.shape[0] - 1, -1, -1):
-        if free[s]:
-            total = gain[s]
-            for k in range(start[s], start[s + 1]):
-                total += gamma * prob[k] * value[target[k]]
-            change = max(change, abs(total - value[s]))
-            value[s] = total
-    return change

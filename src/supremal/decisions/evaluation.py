@@ -1,16 +1,18 @@
 """Exact evaluation of a policy: what it is worth, how long it takes, and what can go wrong.
 
 A policy turns a decision process into a Markov chain; all that follows is on its states reachable from the
-start.
+start.  Where the chain is sure to end, or γ < 1, every number is an expected total (see
+`supremal.decisions.chains`) and comes with its bound:
 
-* Discounted value: sweeps of v = g + γ P v, with the bound that a contraction gives.
-* Reaching a set: 0 and 1 where the graph alone decides, interval iteration from below and above elsewhere.
-* Expected totals: sweeps from below, and an upper bound that one more sweep proves (it only falls).
-* Completion within N epochs: N steps of the distribution.
+* the discounted value, of the rewards with γ;
+* the return and the steps of an episode, of the rewards and of ones;
+* the probability of reaching a set, of that of stepping into it, over the states that can reach it and can
+  miss it: elsewhere it is 0 or 1, and the graph alone decides.
+
+Completion within N epochs takes N steps of the distribution.
 
 Source: Puterman, *Markov Decision Processes*, chapter 6; Baier, Katoen, *Principles of Model Checking*,
-section 10.1; Haddad, Monmege, "Interval iteration algorithm for MDPs and IMDPs", TCS 735 (2018); Hartmanns,
-Kaminski, "Optimistic value iteration", CAV 2020.
+section 10.1.
 """
 
 from __future__ import annotations
@@ -20,16 +22,16 @@ from typing import Final
 
 import numpy as np
 
-from supremal._arrays import NONE, Bools, Floats, Ints, Longs
+from supremal._arrays import NONE, Bools, Floats, Ints
 from supremal._graph import coreachable_to, reachable_from
-from supremal.decisions import _kernels
+from supremal.decisions.chains import Chain, expected_total, resolvent, within
 from supremal.decisions.mdp import TabularMDP
-from supremal.decisions.planning import MAX_SWEEPS, check_gamma, rounding
+from supremal.decisions.planning import check_gamma
 from supremal.decisions.product import broken_states
-from supremal.errors import ConvergenceError, MDPError
+from supremal.errors import MDPError
 
-_PRECISION: Final = 1e-12
 _ROW_TOLERANCE: Final = 1e-9
+_SUM_ERROR: Final = 1e-15
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -54,6 +56,10 @@ class Evaluation:
         The probability that a rule is ever broken.
     precision
         The other numbers are no further than this from the exact ones, relatively where above 1.
+    violations
+        ``float64 [K]``, a number for each column of the process's ``origin``: in that of a rule of the
+        `product`, the probability that this rule is broken, alone or with others at once; in those of the
+        environment that of any; in that of a reward machine 0.
     """
 
     value: float
@@ -64,28 +70,23 @@ class Evaluation:
     completion: float
     violation: float
     precision: float
+    violations: Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Chain:
-    """A Markov chain of n states in sparse form; state s has no edge where an episode ends."""
+class _Induced:
+    """The chain of a policy on the states that it reaches; ``gain [n]`` is what each of them earns."""
 
-    start: Longs
-    source: Longs
-    target: Ints
-    prob: Floats
+    chain: Chain
     gain: Floats
+    scale: float
     initial: Floats
-    marked: Bools
-    broken: Bools
+    states: np.ndarray
 
     @property
     def ends(self) -> Bools:
-        ends: Bools = np.diff(self.start) == 0
+        ends: Bools = np.diff(self.chain.start) == 0
         return ends
-
-    def expect(self, values: Floats) -> float:
-        return float(self.initial @ values)
 
 
 def evaluate(mdp: TabularMDP, policy: Ints | Floats, *, gamma: float, horizon: int = 0) -> Evaluation:
@@ -108,11 +109,12 @@ def evaluate(mdp: TabularMDP, policy: Ints | Floats, *, gamma: float, horizon: i
     MDPError
         If the policy takes an infeasible action in a state that it reaches, or γ is out of its range.
     ConvergenceError
-        If an iteration does not come to rest within a million sweeps.
+        If episodes are so long that double precision cannot tell whether they end.
 
     Notes
     -----
-    Each sweep is linear in the edges of the chain.
+    Linear in the edges of the chain for each iteration of a solver: one where it has no cycles, usually some
+    tens where it has.
 
     Examples
     --------
@@ -127,25 +129,27 @@ def evaluate(mdp: TabularMDP, policy: Ints | Floats, *, gamma: float, horizon: i
     (2.0, [0.0, 0.5, 0.75])
     """
     check_gamma(gamma)
-    chain = _chain(mdp, _weights(mdp, policy))
-    value, bound = _discounted(chain, gamma)
-    ever, ever_gap = _reach(chain, chain.marked)
-    violation, violation_gap = _reach(chain, chain.broken)
-    steps, total, total_gap = np.inf, np.nan, 0.0
-    if coreachable_to(chain.start, chain.target, chain.ends).all():  # so it ends with probability 1
-        steps, steps_gap = _total(chain, np.where(chain.ends, 0.0, 1.0))
-        up, up_gap = _total(chain, np.maximum(chain.gain, 0.0))
-        down, down_gap = _total(chain, np.maximum(-chain.gain, 0.0))
-        total, total_gap = up - down, max(steps_gap, up_gap, down_gap)
+    run = _induce(mdp, _weights(mdp, policy))
+    open_states = ~run.ends
+    value, bound = _total(run, open_states, run.gain, gamma)
+    ever, ever_gap = _reach(run, mdp.marked[run.states])
+    sinks = {hit.tobytes(): _reach(run, hit) for hit in (mdp.origin[run.states] == NONE).T}
+    violation, violation_gap = _reach(run, broken_states(mdp)[run.states])
+    steps, total, gaps = np.inf, np.nan, [ever_gap, violation_gap, *(gap for _, gap in sinks.values())]
+    if coreachable_to(run.chain.start, run.chain.target, run.ends).all():  # so it ends with probability 1
+        steps, steps_gap = _total(run, open_states, np.ones(open_states.size))
+        total, total_gap = _total(run, open_states, run.gain)
+        gaps += [steps_gap / max(1.0, steps), total_gap / max(1.0, abs(total))]
     return Evaluation(
         value=value,
         bound=bound,
         expected_return=total,
         expected_steps=steps,
-        completion_within=_within(chain, horizon),
+        completion_within=_within(run, mdp.marked[run.states], horizon),
         completion=ever,
         violation=violation,
-        precision=max(ever_gap, violation_gap, total_gap),
+        precision=max(gaps),
+        violations=np.array([sinks[hit.tobytes()][0] for hit in (mdp.origin[run.states] == NONE).T]),
     )
 
 
@@ -167,7 +171,7 @@ def _weights(mdp: TabularMDP, policy: Ints | Floats) -> Floats:
     return weights
 
 
-def _chain(mdp: TabularMDP, weights: Floats) -> _Chain:
+def _induce(mdp: TabularMDP, weights: Floats) -> _Induced:
     """Return the chain that a policy induces, cut down to what it reaches."""
     counts = np.diff(mdp.row)
     prob = mdp.prob * np.repeat(weights.reshape(-1), counts)
@@ -189,88 +193,44 @@ def _chain(mdp: TabularMDP, weights: Floats) -> _Chain:
     number = np.full(mdp.n_states, NONE, np.int32)
     number[states] = np.arange(states.size)
     source = number[origin[edges]].astype(np.int64)
-    return _Chain(
-        start=np.searchsorted(source, np.arange(states.size + 1)).astype(np.int64),
-        source=source,
-        target=number[mdp.next_state[edges]],
-        prob=prob[edges],
-        gain=np.bincount(source, prob[edges] * mdp.reward[edges], states.size).astype(np.float64),
-        initial=mdp.initial[states],
-        marked=mdp.marked[states],
-        broken=broken_states(mdp)[states],
+    chain = Chain(
+        np.searchsorted(source, np.arange(states.size + 1)).astype(np.int64),
+        number[mdp.next_state[edges]],
+        prob[edges],
     )
+    reward = mdp.reward[edges]
+    gain = np.bincount(source, prob[edges] * reward, states.size).astype(np.float64)
+    return _Induced(chain, gain, float(np.abs(reward).max(initial=0.0)), mdp.initial[states], states)
 
 
-def _discounted(chain: _Chain, gamma: float) -> tuple[float, float]:
-    """Return the expected discounted return and its bound."""
-    value = np.zeros(chain.gain.size)
-    change = previous = np.inf
-    for _ in range(MAX_SWEEPS):
-        change = _sweep(chain, chain.gain, gamma, ~chain.ends, value)
-        if change == 0 or change >= previous:
-            break
-        previous = change
-    fan = int(np.diff(chain.start).max(initial=0))
-    slack = rounding(fan, chain.gain, value)
-    return chain.expect(value), float((gamma * change + slack) / (1 - gamma))
+def _total(run: _Induced, among: Bools, gain: Floats, gamma: float = 1.0) -> tuple[float, float]:
+    """Return the expected total of ``gain`` until some states are left, and how far it may be off."""
+    value, error = expected_total(resolvent(within(run.chain, among), gamma), gain[among], scale=run.scale)
+    start = run.initial[among]
+    total = float(start @ value)
+    return total, float(start @ error) + _SUM_ERROR * float(start @ np.abs(value)) * np.count_nonzero(start)
 
 
-def _reach(chain: _Chain, goals: Bools) -> tuple[float, float]:
+def _reach(run: _Induced, goals: Bools) -> tuple[float, float]:
     """Return the probability of ever reaching ``goals``, and how far it may be off."""
+    chain = run.chain
     can = coreachable_to(chain.start, chain.target, goals)
     may_miss = coreachable_to(chain.start, chain.target, ~can, ~goals)
-    low = np.where(can & ~may_miss | goals, 1.0, 0.0)
-    high = np.where(can, 1.0, 0.0)
+    sure = goals | can & ~may_miss
     free = can & may_miss & ~goals
-    zero = np.zeros(low.size)
-    previous = np.inf
-    for _ in range(MAX_SWEEPS):
-        gap = float((high - low).max(initial=0.0))
-        if gap <= _PRECISION:
-            break
-        moved = max(_sweep(chain, zero, 1.0, free, low), _sweep(chain, zero, 1.0, free, high))
-        if moved == 0 or (moved >= previous and gap < 1e-9):
-            break
-        previous = moved
-    else:
-        message = f"the probability of reaching is known to {gap:.3g} only after {MAX_SWEEPS:,} sweeps"
-        raise ConvergenceError(message, (low, high))
-    return chain.expect(low + high) / 2, gap / 2
+    step = np.bincount(chain.source, chain.prob * sure[chain.target], goals.size).astype(np.float64)
+    part, gap = _total(run, free, step) if free.any() else (0.0, 0.0)
+    return min(float(run.initial[sure].sum()) + part, 1.0), gap
 
 
-def _total(chain: _Chain, cost: Floats) -> tuple[float, float]:
-    """Return the expected total of ``cost`` ≥ 0 until the certain end, and how far it may be off."""
-    free = ~chain.ends
-    low = np.zeros(cost.size)
-    wanted = _PRECISION
-    for _ in range(MAX_SWEEPS):
-        change = _sweep(chain, cost, 1.0, free, low)
-        if change > wanted * max(1.0, float(low.max(initial=0.0))):
-            continue
-        for margin in (1e-11, 1e-10, 1e-9, 1e-8):
-            high = np.where(free, low + margin * (1.0 + low), 0.0)
-            above = high.copy()
-            _sweep(chain, cost, 1.0, free, above)
-            if (above <= high).all():
-                return chain.expect(low), margin
-        wanted /= 4
-        if change == 0:
-            break
-    message = "an expected total does not come to rest; episodes are too long for double precision"
-    raise ConvergenceError(message, low)
-
-
-def _within(chain: _Chain, horizon: int) -> Floats:
+def _within(run: _Induced, marked: Bools, horizon: int) -> Floats:
     """Return the probability of having reached a marked state within 0, 1, …, ``horizon`` epochs."""
     arrived = np.empty(horizon + 1)
-    mass: Floats = chain.initial.copy()
+    mass: Floats = run.initial.copy()
+    source = run.chain.source
     for n in range(horizon + 1):
-        arrived[n] = mass[chain.marked].sum()
-        mass[chain.marked] = 0.0
-        moved = np.bincount(chain.target, chain.prob * mass[chain.source], mass.size)
+        arrived[n] = mass[marked].sum()
+        mass[marked] = 0.0
+        moved = np.bincount(run.chain.target, run.chain.prob * mass[source], mass.size)
         mass = moved.astype(np.float64)  # of no edges it counts in whole numbers
     return np.minimum(np.cumsum(arrived), 1.0)
-
-
-def _sweep(chain: _Chain, gain: Floats, gamma: float, free: Bools, value: Floats) -> float:
-    return _kernels.sweep(chain.start, chain.target, chain.prob, gain, gamma, free, value)

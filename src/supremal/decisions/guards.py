@@ -22,7 +22,7 @@ from supremal.errors import FormatError, RuleError, suggest
 
 _TOKEN: Final = re.compile(r"\s*(?:(?P<name>[A-Za-z_]\w*)|(?P<sign>[()&|!∧∨¬]))")
 _WORDS: Final = {"or": "|", "and": "&", "not": "!", "∨": "|", "∧": "&", "¬": "!"}
-_RESERVED: Final = ("and", "or", "not", "true", "false")
+RESERVED: Final = ("and", "or", "not", "true", "false")
 _MAX_DEPTH: Final = 200
 MAX_PROPOSITIONS: Final = 16
 """The most propositions of one machine: its truth tables have 2¹⁶ entries."""
@@ -56,8 +56,8 @@ def check_propositions(propositions: Sequence[str]) -> None:
         if name in propositions[:i]:
             message = f"proposition {name!r} stands twice; name each once"
             raise RuleError(message)
-        if not name.isidentifier() or name in _RESERVED:
-            message = f"proposition {name!r}: a word other than {', '.join(_RESERVED)} is needed"
+        if not name.isidentifier() or name in RESERVED:
+            message = f"proposition {name!r}: a word other than {', '.join(RESERVED)} is needed"
             raise RuleError(message)
 
 

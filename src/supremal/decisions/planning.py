@@ -1,28 +1,52 @@
-"""Exact planning.
+"""Exact planning for the discounted return.
 
 *Value iteration* applies (T v)(s) = max over the enabled a of Σ p (r + γ v(s')), a contraction by γ < 1, so
-that for any v whatever ‖v* - v‖ ≤ ‖T v - v‖ / (1 - γ).  The bound returned is that of the last sweep, plus
-what rounding can add to it; it does not rest on how the values were found.
+that for any v whatever ‖v* - T v‖ ≤ γ ‖T v - v‖ / (1 - γ).  The bound returned is that of one last sweep,
+plus what rounding can add to it; it does not rest on how the values were found.
 
-Source: Puterman, *Markov Decision Processes*, section 6.3.
+They are found by *modified policy iteration*: a sweep that improves the policy, then some that follow it.
+In a process without an end all values rise together, by about 1 - γ of what is missing, while their
+differences settle as fast as the process forgets where it was.  The least and largest change m and M of a
+sweep enclose v* between T v + γ m / (1 - γ) and T v + γ M / (1 - γ); moving to the middle at each sweep
+leaves only the differences to be found.  Where a process forgets too slowly for that, or ends, it is taken
+apart into strong components, and what lies downstream is solved first: with a reward machine, that of its
+last states.  Each is swept in place, from the states found last to the first, as news travels backwards.
+What is left after some rounds falls to policy iteration, see `supremal.decisions.policy_iteration`.
+
+Source: Puterman, *Markov Decision Processes*, sections 6.3, 6.5 and 6.6 (MacQueen's bounds); Bertsekas,
+*Dynamic Programming and Optimal Control* II, section 2.3 (error bounds, and shifts of whole components).
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, fields
 from typing import Final
 
 import numpy as np
 
-from supremal._arrays import NONE, Bools, Floats, Ints
-from supremal.decisions import _kernels
+from supremal._arrays import NONE, Bools, Floats, Ints, Longs
+from supremal.decisions import _planning_kernels as kernels
+from supremal.decisions.chains import (
+    EPS,
+    Chain,
+    change_of,
+    largest,
+    rounding,
+    sinks_first,
+    solve,
+    system,
+)
+from supremal.decisions.components import strong_components
 from supremal.decisions.mdp import TabularMDP
 from supremal.decisions.safety import check_mask
-from supremal.errors import MDPError
+from supremal.errors import ConvergenceError, MDPError
 
-_EPS: Final = float(np.finfo(np.float64).eps)
-MAX_SWEEPS: Final = 1_000_000
-"""After so many sweeps an iteration gives up with a `ConvergenceError`."""
+_ROUNDS: Final = 100
+_NEARLY: Final = 4.0
+MAX_POLICIES: Final = 10_000
+_PATIENCE: Final = 30
+_ENOUGH: Final = 0.1
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -41,6 +65,20 @@ class Choices:
     reward: Floats
     word: Ints
 
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            getattr(self, field.name).flags.writeable = False
+
+    @property
+    def state(self) -> Ints:
+        """The state of each choice, ``int32 [C]``."""
+        return np.repeat(np.arange(len(self.choice) - 1, dtype=np.int32), np.diff(self.choice))
+
+    @property
+    def fan(self) -> int:
+        """The most outcomes that a choice has."""
+        return int(np.diff(self.outcome).max(initial=0))
+
 
 def enabled_choices(mdp: TabularMDP, enabled: Bools | None = None) -> Choices:
     """Return the choices of ``mdp`` under a mask; terminal states have none.
@@ -51,15 +89,18 @@ def enabled_choices(mdp: TabularMDP, enabled: Bools | None = None) -> Choices:
         If the mask is no supervisor of ``mdp`` (see `check_mask`).
     """
     mask = mdp.feasible if enabled is None else enabled
-    check_mask(mdp, mask)
+    if enabled is not None or not (mdp.terminal | mask.any(axis=1)).all():
+        check_mask(mdp, mask)
     mask = mask & ~mdp.terminal[:, None]
     slots = np.flatnonzero(mask)
     counts = np.diff(mdp.row)
-    kept = np.repeat(mask.reshape(-1), counts)
+    outcome = np.append(0, np.cumsum(counts[slots])).astype(np.int32)
+    all_kept = outcome[-1] == len(mdp.next_state)
+    kept = slice(None) if all_kept else np.repeat(mask.reshape(-1), counts)
     return Choices(
         np.append(0, np.cumsum(mask.sum(axis=1))).astype(np.int32),
         (slots % mdp.n_actions).astype(np.int32),
-        np.append(0, np.cumsum(counts[slots])).astype(np.int32),
+        outcome,
         mdp.next_state[kept],
         mdp.prob[kept],
         mdp.reward[kept],
@@ -69,7 +110,7 @@ def enabled_choices(mdp: TabularMDP, enabled: Bools | None = None) -> Choices:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Plan:
-    """What `value_iteration` returns.
+    """Optimal values, and a policy that has them.
 
     Parameters
     ----------
@@ -90,6 +131,10 @@ class Plan:
     policy: Ints
     bound: float
     gamma: float
+
+    def __post_init__(self) -> None:
+        for array in (self.q, self.value, self.policy):
+            array.flags.writeable = False
 
 
 def greedy(q: Floats) -> Ints:
@@ -122,7 +167,7 @@ def value_iteration(
 
     Notes
     -----
-    Each sweep is linear in the outcomes; about log(tolerance) / log(γ) of them at most.
+    Each sweep is linear in the outcomes; usually some tens suffice, if not, some sparse linear systems.
 
     Examples
     --------
@@ -131,30 +176,129 @@ def value_iteration(
     >>> value_iteration(step, gamma=0.9).value.tolist()
     [5.0, 0.0]
     """
+    model = discounted(mdp, gamma, enabled)
+    value = np.zeros(mdp.n_states)
+    if not _mix(model, value, tolerance):
+        settle(model, value, tolerance=tolerance, rounds=_ROUNDS)
+    plan = plan_of(mdp, model, value)
+    rest = rounding(model.choices.fan, largest(model.choices.reward), largest(plan.value))
+    if plan.bound <= max(tolerance, _NEARLY * rest / (1 - gamma)):
+        return plan
+    guess = value if largest(value) * (1 - gamma) <= largest(model.gain) else np.zeros(mdp.n_states)
+    return plan_of(mdp, model, iterate(model, best_choices(model, value), guess)[0])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Discounted:
+    """A process under a mask with the expected reward ``gain [C]`` of each choice and a discount factor.
+
+    ``modulus`` is γ times the largest sum of probabilities, which need not be 1 to the last bit.
+    """
+
+    choices: Choices
+    gain: Floats
+    gamma: float
+    modulus: float
+
+    @property
+    def flat(self) -> tuple[Ints, Ints, Floats, Floats, float]:
+        """The arguments that all kernels share."""
+        c = self.choices
+        return c.outcome, c.target, c.prob, self.gain, self.gamma
+
+
+def discounted(mdp: TabularMDP, gamma: float, enabled: Bools | None) -> Discounted:
+    """Check ``gamma`` and the mask, and lay out what kernels need."""
     check_gamma(gamma)
     choices = enabled_choices(mdp, enabled)
-    model = (choices.outcome, choices.target, choices.prob, choices.reward, gamma)
-    value = np.zeros(mdp.n_states)
-    previous = np.inf
-    for _ in range(MAX_SWEEPS):
-        change = _kernels.bellman(choices.choice, *model, value)
-        if change <= tolerance * (1 - gamma) or (change >= previous and change <= 1e-9 * np.abs(value).max()):
-            break
-        previous = change
-    flat = np.empty(len(choices.action))
-    _kernels.action_values(*model, value, flat)
-    state = np.repeat(np.arange(mdp.n_states), np.diff(choices.choice))
+    gain, mass = kernels.expected(choices.outcome, choices.prob, choices.reward)
+    modulus = float(gamma * mass * (1 + choices.fan * EPS))
+    if modulus >= 1:
+        message = f"gamma is {gamma!r}, too near 1 for probabilities that sum to {mass!r}; normalise them"
+        raise MDPError(message)
+    return Discounted(choices, gain, gamma, modulus)
+
+
+def plan_of(mdp: TabularMDP, model: Discounted, value: Floats) -> Plan:
+    """Take one last sweep over ``value``, and bound its distance from the optimum."""
+    choices = model.choices
     q = np.full((mdp.n_states, mdp.n_actions), -np.inf)
-    q[state, choices.action] = flat
+    q[choices.state, choices.action] = kernels.action_values(*model.flat, value)
     policy = greedy(q)
-    has_choice = policy != NONE
-    best = np.where(has_choice, q.max(axis=1, initial=-np.inf), 0.0)
-    residual = float(np.abs(best - value).max(initial=0.0))
-    fan = int(np.diff(choices.outcome).max(initial=0))
-    bound = float((residual + rounding(fan, choices.reward, value)) / (1 - gamma))
-    for array in (q, best, policy):
-        array.flags.writeable = False
-    return Plan(q, best, policy, bound, gamma)
+    best = np.where(policy != NONE, q.max(axis=1, initial=-np.inf), 0.0)
+    slack = rounding(choices.fan, largest(choices.reward), largest(value))
+    bound = (model.modulus * largest(best - value) + slack) / (1 - model.modulus)
+    return Plan(q, best, policy, bound, model.gamma)
+
+
+def _mix(model: Discounted, value: Floats, tolerance: float) -> bool:
+    """Improve ``value`` while differences settle fast; tell whether ``tolerance`` was reached."""
+    choice, gamma = model.choices.choice, model.gamma
+    if not np.diff(choice).all():
+        return False
+    best = np.full(value.size, NONE, np.int64)
+    after = np.empty(value.size)
+    while True:
+        low, high = kernels.bellman(choice, *model.flat, value, after, best)
+        value[:] = after + gamma * (low + high) / 2 / (1 - gamma)
+        span = high - low
+        if span <= max(2 * tolerance * (1 - gamma), 4 * EPS * largest(value)):
+            return True
+        chain = kernels.take(*model.flat[:4], best)
+        for _ in range(_PATIENCE):
+            low, high = kernels.sweep(*chain, gamma, value, after)
+            value[:] = after
+            if high - low <= _ENOUGH * span:
+                break
+        else:
+            return False
+
+
+def settle(model: Discounted, value: Floats, *, tolerance: float, rounds: int) -> None:
+    """Improve ``value`` component by component."""
+    choices = model.choices
+    component = strong_components(choices.outcome[choices.choice].astype(np.int64), choices.target)
+    bounds = np.append(0, np.cumsum(np.bincount(component)))
+    kernels.settle(
+        sinks_first(component).astype(np.int32),
+        bounds,
+        choices.choice,
+        *model.flat,
+        tolerance * (1 - model.gamma) / 2,
+        rounds,
+        value,
+        np.full(value.size, NONE, np.int64),
+    )
+
+
+def best_choices(model: Discounted, value: Floats) -> Longs:
+    """Return the choice that is greedy with ``value`` in each state, `NONE` where there is none."""
+    q = kernels.action_values(*model.flat, value)
+    return kernels.improve(model.choices.choice, q, np.full(value.size, NONE, np.int64), 0.0)[0]
+
+
+def iterate(
+    model: Discounted, best: Longs, value: Floats, check: Callable[[Chain, Longs], None] = lambda *_: None
+) -> tuple[Floats, Longs]:
+    """Return the value of an optimal policy, and the choice that it takes in each state, `NONE` without one.
+
+    ``best`` is the first policy, ``value`` a guess of what it is worth; ``check`` is shown the chain of every
+    policy, and the policy, before it is evaluated.
+    """
+    choices = model.choices
+    for _ in range(MAX_POLICIES):
+        start, target, prob, gain = kernels.take(*model.flat[:4], best)
+        chain = Chain(start, target, prob)
+        check(chain, best)
+        value = value + solve(system(chain, model.gamma), change_of(chain, gain, model.gamma, value))
+        q = kernels.action_values(*model.flat, value)
+        slack = 2 * rounding(choices.fan, largest(choices.reward), largest(value))
+        better, changed = kernels.improve(choices.choice, q, best, slack)
+        if not changed:
+            return value, best
+        best = better
+    message = f"policy iteration has not come to an end after {MAX_POLICIES:,} policies"
+    raise ConvergenceError(message, value)
 
 
 def check_gamma(gamma: float) -> None:
@@ -162,8 +306,3 @@ def check_gamma(gamma: float) -> None:
     if not 0 <= gamma < 1:
         message = f"gamma is {gamma}; a number from 0 up to, not including, 1 is needed"
         raise MDPError(message)
-
-
-def rounding(fan: int, reward: Floats, value: Floats) -> float:
-    """Return what rounding can add to one sweep over sums of ``fan`` outcomes."""
-    return float((fan + 4) * _EPS * (np.abs(reward).max(initial=0.0) + np.abs(value).max(initial=0.0)))

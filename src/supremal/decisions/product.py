@@ -4,8 +4,11 @@ Rules listen to the words that occur, a reward machine to the label of the state
 product is again a decision process: its state is (s, q₁, …, qₙ, u), and what the paper calls non-Markovian
 constraints are Markovian in it.  This is where q̃ with the indices q_s, q_h and u of Algorithm 1 lives.
 
-A word that breaks rules leads to a *sink*: a terminal, unmarked state whose ``origin`` is `NONE` in the
-columns of the process and of the rules that broke.  `safe_actions` keeps an agent out of them.
+A state is marked where the process and all rules are: a rule's unmarked states are those in which something
+is owed.  What is owed has to be given before an episode ends, so a rule breaks on a word with an event that
+it has no transition for, and on one that leads to a terminal state while the rule is not marked.  Whatever
+breaks rules leads to a *sink*: a terminal, unmarked state whose ``origin`` is `NONE` in the columns of the
+process and of the rules that broke.  `safe_actions` keeps an agent out of them.
 """
 
 from __future__ import annotations
@@ -16,7 +19,7 @@ from typing import Final
 
 import numpy as np
 
-from supremal._arrays import NONE, Bools, Ints
+from supremal._arrays import NONE, Bools, Ints, Longs
 from supremal.automata.alphabet import union
 from supremal.automata.automaton import Automaton
 from supremal.decisions import _kernels
@@ -38,14 +41,15 @@ def product(
     *,
     max_states: int = MAX_STATES,
 ) -> TabularMDP:
-    """Return the reachable product of ``mdp``, ``rules`` and ``reward_machine``.
+    r"""Return the reachable product of ``mdp``, ``rules`` and ``reward_machine``.
 
     Parameters
     ----------
     mdp
         The environment.
     rules
-        Each breaks on a word with an event of its alphabet that it has no transition for.
+        Each breaks on a word with an event of its alphabet that it has no transition for, and at the end of
+        an episode where it is not marked.  `mark_all` of a rule breaks in the first way only.
     reward_machine
         Where given, its rewards take the place of the environment's.
     max_states
@@ -54,8 +58,8 @@ def product(
     Returns
     -------
     TabularMDP
-        ``origin`` has the environment's columns, one a rule, and one for the reward machine.  Labels, marked
-        and terminal states are the environment's.
+        ``origin`` has the environment's columns, one a rule, and one for the reward machine.  Labels and
+        terminal states are the environment's; marked are the states in which it and all rules are.
 
     Raises
     ------
@@ -72,13 +76,19 @@ def product(
 
     Examples
     --------
-    >>> from supremal import Alphabet, from_outcomes, from_text, product
+    >>> from supremal import Alphabet, from_outcomes, from_text, mark_all, product
     >>> walk = from_outcomes(
     ...     [(0, "go", 1, 1.0, ("go",)), (1, "go", 2, 1.0, ("go",))], alphabet=Alphabet(("go",)), terminal=[2]
     ... )
     >>> once = from_text("fresh -go-> spent", alphabet=walk.alphabet)
     >>> product(walk, [once]).origin.tolist()
     [[0, 0], [1, 1], [-1, -1]]
+
+    Who goes out owes a return, and here the episode ends before it; to `mark_all` that is no matter:
+
+    >>> owing = from_text("marked in \n in -go-> out \n out -go-> out", alphabet=walk.alphabet)
+    >>> product(walk, [owing, mark_all(owing)]).origin.tolist()
+    [[0, 0, 0], [1, 1, 1], [-1, -1, 0]]
     """
     union(mdp.alphabet, *(rule.alphabet for rule in rules))
     if len(rules) > _MAX_RULES:
@@ -95,7 +105,7 @@ def product(
         message = f"the product of {sizes_named} states is too wide; leave out a rule or make one smaller"
         raise MDPError(message)
     tables = [word_table(rule, mdp) for rule in rules]
-    keys, row, next_state, taken = _kernels.explore(
+    keys, start, row, next_state, taken = _kernels.explore(
         mdp.row,
         mdp.next_state,
         mdp.word,
@@ -104,6 +114,7 @@ def product(
         np.concatenate([np.empty(0, np.int32), *(table.reshape(-1) for table in tables)]),
         np.cumsum([0, *(table.size for table in tables)], dtype=np.int64),
         np.array(sizes, np.int64),
+        np.concatenate([np.empty(0, np.bool_), *(rule.marked for rule in rules)]),
         machine_next,
         machine_label,
         len(mdp.words),
@@ -112,7 +123,7 @@ def product(
     if len(keys) > max_states:
         message = f"the product of {sizes_named} states has more than {max_states:,}; raise max_states"
         raise MDPError(message)
-    return _assemble(mdp, sizes, reward_machine, keys, (row, next_state, taken))
+    return _assemble(mdp, rules, reward_machine, (keys, start), (row, next_state, taken))
 
 
 def word_table(rule: Automaton, mdp: TabularMDP) -> Ints:
@@ -151,32 +162,31 @@ def _machine_tables(mdp: TabularMDP, machine: RewardMachine | None) -> tuple[Int
 
 def _assemble(
     mdp: TabularMDP,
-    sizes: list[int],
+    rules: Sequence[Automaton],
     machine: RewardMachine | None,
-    keys: np.ndarray,
-    outcomes: tuple[np.ndarray, np.ndarray, np.ndarray],
+    states: tuple[Longs, Ints],
+    outcomes: tuple[Longs, Ints, Longs],
 ) -> TabularMDP:
-    """Read the product's fields off its keys and the outcomes that were taken."""
+    """Read the product's fields off its keys, where it starts, and the outcomes that were taken."""
+    keys, start = states
     row, next_state, taken = outcomes
     sink = keys < 0
-    radices = [*(max(size, 1) for size in sizes), len(machine.states) if machine else 1]
+    radices = [*(max(rule.n_states, 1) for rule in rules), len(machine.states) if machine else 1]
     columns, rest = [], np.where(sink, 0, keys)
     for radix in reversed(radices):
         columns.append(rest % radix)
         rest = rest // radix
     state, parts = rest, np.stack(columns[::-1], axis=1).astype(np.int32)
-    for k in range(len(sizes)):
+    marked = mdp.marked[state] & ~sink
+    for k, rule in enumerate(rules):
         parts[sink & ((-1 - keys) >> k & 1 == 1), k] = NONE
+        marked &= np.append(rule.marked, False)[parts[:, k]]  # the last entry is that of NONE
     own = mdp.origin[state]
     own[sink] = NONE
     reward = mdp.reward[taken]
     if machine:
         before = np.repeat(parts[:, -1], np.diff(row[:: mdp.n_actions]))
-        after = machine.delta[before, _machine_tables(mdp, machine)[1][mdp.next_state[taken]]]
-        reward = machine.reward[before, after]
-    initial = np.zeros(len(keys))
-    starts = np.count_nonzero(mdp.initial)
-    initial[: min(starts, len(keys))] = mdp.initial[mdp.initial > 0] if not sink[0] else 1.0
+        reward = machine.reward[before, _machine_tables(mdp, machine)[1][mdp.next_state[taken]]]
     return TabularMDP(
         actions=mdp.actions,
         alphabet=mdp.alphabet,
@@ -188,8 +198,8 @@ def _assemble(
         reward=reward,
         word=mdp.word[taken],
         terminal=mdp.terminal[state] | sink,
-        marked=mdp.marked[state] & ~sink,
+        marked=marked,
         label=np.where(sink, 0, mdp.label[state]),
-        initial=initial,
+        initial=np.bincount(start, mdp.initial[mdp.initial > 0], len(keys)).astype(np.float64),
         origin=np.hstack([own, parts if machine else parts[:, :-1]]),
     )

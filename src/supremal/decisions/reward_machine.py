@@ -1,8 +1,8 @@
 """Reward machines: what a history of states is worth.
 
 R = ⟨U, u0, δu, δr⟩ over propositions P reads the label L(s') after each epoch and moves from u to
-δu(u, L(s')); the reward of the epoch is that of the edge (u, u').  Where no guard of u is true the machine
-stays, with the reward of its self-loop (0 if it has none).
+δu(u, L(s')); the reward of the epoch is δr(u, L(s')), that of the edge whose guard is true.  Where no guard
+of u is true the machine stays, with the reward of its self-loop (0 if it has none).
 
 Source: Toro Icarte, Klassen, Valenzano, McIlraith, "Using reward machines for high-level task specification
 and decomposition in reinforcement learning", ICML 2018; section II of the paper.
@@ -12,13 +12,16 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 
-from supremal._arrays import Floats, Ints, frozen
+from supremal._arrays import NONE, Floats, Ints, frozen
 from supremal.decisions.guards import check_propositions, truth_table
 from supremal.errors import RuleError, suggest
+
+_MAX_CELLS: Final = 1 << 26  # of one table: half a gibibyte of rewards
+_MAX_WORK: Final = 1 << 34  # letters of guards times labels: some seconds
 
 
 class Edge(NamedTuple):
@@ -47,7 +50,7 @@ class RewardMachine:
     delta
         ``int32 [U, 2 ** n]``: the next state for each label.
     reward
-        ``float64 [U, U]``: the reward of each edge, 0 where there is none.
+        ``float64 [U, 2 ** n]``: the reward of that step.
     name
         What messages and pictures call it.
     """
@@ -66,8 +69,7 @@ class RewardMachine:
     def step(self, state: int, true: Iterable[str]) -> tuple[int, float]:
         """Return the next state and the reward when the propositions ``true`` hold."""
         label = sum(1 << self.propositions.index(name) for name in set(true) if name in self.propositions)
-        after = int(self.delta[state, label])
-        return after, float(self.reward[state, after])
+        return int(self.delta[state, label]), float(self.reward[state, label])
 
     def __repr__(self) -> str:
         called = f" {self.name!r}" if self.name else ""
@@ -99,8 +101,8 @@ def reward_machine(
     FormatError
         If a guard does not parse; gives its column.
     RuleError
-        If two guards out of one state can both be true and lead apart, or two edges between the same two
-        states have different rewards.
+        If two guards out of one state can both be true and lead apart or earn different rewards, a state
+        with loops of different rewards has a case that no guard covers, or the tables would be too large.
 
     Examples
     --------
@@ -125,35 +127,78 @@ def reward_machine(
         )
         raise RuleError(message)
     number = {state: u for u, state in enumerate(states)}
-    check_propositions(propositions)
+    check_size(name, len(states), [edge.guard for edge in listed], propositions)
     size = 1 << len(propositions)
     delta = np.repeat(np.arange(len(states), dtype=np.int32)[:, None], size, axis=1)
-    taken = np.full((len(states), size), -1, np.int32)  # which edge claims a label
-    reward = np.full((len(states), len(states)), np.nan)
+    reward = np.zeros((len(states), size))
+    taken = np.full((len(states), size), NONE, np.int32)  # which edge claims a label
+    loops: dict[int, set[float]] = {}
     for k, edge in enumerate(listed):
         path = f"guard of {edge.source} → {edge.target}"
         true = truth_table(edge.guard, propositions, path=path)
         u, v = number[edge.source], number[edge.target]
-        clash = np.flatnonzero(true & (taken[u] >= 0) & (delta[u] != v))
-        if clash.size:
-            _fail_both(name, listed[taken[u, clash[0]]], edge, propositions, int(clash[0]))
         if not np.isfinite(edge.reward):
             message = f"reward machine {name!r}: {path} has reward {edge.reward}; a finite number is needed"
             raise RuleError(message)
-        if not np.isnan(reward[u, v]) and reward[u, v] != edge.reward:
+        clash = np.flatnonzero(true & (taken[u] != NONE) & ((delta[u] != v) | (reward[u] != edge.reward)))
+        if clash.size:
+            _fail_both(name, listed[taken[u, clash[0]]], edge, _true_in(int(clash[0]), propositions))
+        delta[u, true], reward[u, true], taken[u, true] = v, edge.reward, k
+        if u == v:
+            loops.setdefault(u, set()).add(edge.reward)
+    for u, earned in loops.items():
+        idle = np.flatnonzero(taken[u] == NONE)
+        if idle.size and len(earned) > 1:
             message = (
-                f"reward machine {name!r}: two edges {edge.source} → {edge.target} have rewards "
-                f"{reward[u, v]:g} and {edge.reward:g}; give both the same, or add a state"
+                f"reward machine {name!r}: no guard of {states[u]} is true for "
+                f"{_true_in(int(idle[0]), propositions)}, and its loops have different rewards "
+                f"({', '.join(f'{r:g}' for r in sorted(earned))}); give that case an edge of its own"
             )
             raise RuleError(message)
-        delta[u, true], taken[u, true], reward[u, v] = v, k, edge.reward
-    return RewardMachine(states, tuple(propositions), tuple(listed), delta, np.nan_to_num(reward), name)
+        reward[u, idle] = min(earned)
+    return RewardMachine(states, tuple(propositions), tuple(listed), delta, reward, name)
 
 
-def _fail_both(name: str, one: Edge, two: Edge, propositions: Sequence[str], label: int) -> None:
-    true = [p for i, p in enumerate(propositions) if label >> i & 1]
+def check_size(name: str, states: int, guards: Iterable[str], propositions: Sequence[str]) -> None:
+    """Raise a `RuleError` if the tables of a machine would not fit, or take long to fill."""
+    check_propositions(propositions)
+    letters = sum(map(len, guards))
+    if states << len(propositions) > _MAX_CELLS or letters << len(propositions) > _MAX_WORK:
+        message = (
+            f"reward machine {name!r}: {states:,} states and guards of {letters:,} letters are too many for "
+            f"{len(propositions)} propositions; use fewer of them"
+        )
+        raise RuleError(message)
+
+
+def none_of(guards: Iterable[str], propositions: Sequence[str]) -> str | None:
+    """Return a formula that is true where none of ``guards`` is, None where one of them is always true.
+
+    Examples
+    --------
+    >>> none_of(["a", "b & !a"], ["a", "b"])
+    '!(a) & !(b & !a)'
+    >>> none_of(["a", "!a"], ["a", "b"]) is None
+    True
+    """
+    texts = list(dict.fromkeys(guards))
+    covered = np.zeros(1 << len(propositions), np.bool_)
+    for text in texts:
+        covered |= truth_table(text, propositions)
+    return None if covered.all() else " & ".join(f"!({text})" for text in texts) or "true"
+
+
+def _true_in(label: int, propositions: Sequence[str]) -> str:
+    """Return the propositions that are true in ``label``, as messages say them."""
+    return "{" + ", ".join(p for i, p in enumerate(propositions) if label >> i & 1) + "}"
+
+
+def _fail_both(name: str, one: Edge, two: Edge, true: str) -> None:
+    goals = [f"to {edge.target}" for edge in (one, two)]
+    if one.target == two.target:
+        goals = [f"{goal}, reward {edge.reward:g}" for goal, edge in zip(goals, (one, two), strict=True)]
     message = (
-        f"reward machine {name!r}: in state {one.source} both guards {one.guard!r} (to {one.target}) and "
-        f"{two.guard!r} (to {two.target}) are true for {{{', '.join(true)}}}; make them exclude each other"
+        f"reward machine {name!r}: in state {one.source} both guards {one.guard!r} ({goals[0]}) and "
+        f"{two.guard!r} ({goals[1]}) are true for {true}; make them exclude each other"
     )
     raise RuleError(message)

@@ -6,6 +6,9 @@ safe state.  With ``nonblocking`` a terminal or marked state must also stay reac
 in a finite process that is to say that some policy under the mask reaches one with probability 1.  The
 greatest such mask is unique: it is the least fixpoint of taking away, reached in any order.
 
+In a `product` no rule is owed anything in such a state: where an episode ends with something owed there is a
+sink, and marked is only where all rules are.  So what is owed can always still be given.
+
 The paper's own supervisor looks one step ahead: it disables an action iff that leads to s_a at once, and so
 can walk into a state from which every way leads to s_a.
 """

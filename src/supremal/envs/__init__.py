@@ -23,17 +23,21 @@ from supremal.envs.pickup_delivery import (
     encode,
     state_numbers,
 )
+from supremal.envs.supervised import SupervisedEnv
+from supremal.envs.tabular import environment_model
 
 __all__ = [
     "Answer",
     "GridState",
     "PickupDelivery",
     "PickupDeliveryEnv",
+    "SupervisedEnv",
     "data_file",
     "decode",
     "describe",
     "draw",
     "encode",
+    "environment_model",
     "pixels",
     "register",
     "state_numbers",

@@ -14,6 +14,8 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from supremal.decisions.mdp import TabularMDP
+from supremal.decisions.product import product
 from supremal.decisions.reward_machine import RewardMachine
 from supremal.envs._draw import draw
 from supremal.envs._dynamics import Preset
@@ -123,6 +125,14 @@ class PickupDeliveryEnv(Env[NDArray[np.int64], np.int64]):
         if self.render_mode is None:
             return None
         return draw(self._state) if self.render_mode == "ansi" else pixels(self._state)
+
+    def model(self, *, rewards: bool = True) -> TabularMDP:
+        """Return the grid and its reward machine as a table; infeasible actions are left out.
+
+        ``origin`` holds the numbers of the grid's state (see `decode`) and of the machine's.  Without
+        ``rewards`` it is the grid alone.
+        """
+        return product(self.grid.model(), (), self.reward_machine) if rewards else self.grid.model()
 
     def _draw(self, answers: tuple[Answer, ...]) -> Answer:
         """Choose one of two answers by their probabilities."""

@@ -20,6 +20,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import PurePath
 from typing import Any, Final
 
 import numpy as np
@@ -32,6 +33,7 @@ from supremal.decisions.reward_machine import Edge, RewardMachine, reward_machin
 from supremal.errors import FormatError, ModelError, suggest
 from supremal.formats._json import WrongError, check_keys, distinct, fail, list_of, parse, shown, text_of
 from supremal.formats._names import state_names
+from supremal.formats.machine_text import read_machine_text
 from supremal.formats.model import MAX_BYTES, Model, Source, read_bytes, size_problem
 
 _ABOUT: Final = ("title", "source", "description", "params", "supervisor", "note")
@@ -87,10 +89,12 @@ def read(raw: bytes, path: str) -> Model:
 
 
 def read_reward_machine(source: Source) -> RewardMachine:
-    """Return the reward machine in a file.
+    """Return the reward machine in a file: a document, or the text of `read_machine_text` in a ``.txt``.
 
     Errors are those of `read_automaton`; a guard that does not parse is a `FormatError` too.
     """
+    if PurePath(str(source)).suffix.lower() == ".txt":
+        return read_machine_text(source)
     with _reading(source) as document:
         check_keys(document, "the document", ("name", "propositions", "initial", "edges"), _ABOUT)
         name = text_of(document["name"], "'name'")

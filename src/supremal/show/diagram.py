@@ -118,13 +118,19 @@ def reward_machine_svg(machine: RewardMachine, *, title: str = "") -> str:
         size = f"{len(machine.states):,} states, {len(machine.edges):,} edges"
         return _notice(title, f"{size}: too large to draw")
     number = {name: u for u, name in enumerate(machine.states)}
-    merged: dict[tuple[int, int], list[str]] = {}
+    merged: dict[tuple[int, int], dict[float, list[str]]] = {}
     for edge in machine.edges:
-        merged.setdefault((number[edge.source], number[edge.target]), []).append(edge.guard)
-    edges = []
-    for (u, v), guards in merged.items():
-        reward = float(machine.reward[u, v])
-        edges.append(_Edge(u, v, guard_label(guards, reward), f"{' | '.join(guards)}, reward {reward:g}"))
+        earned = merged.setdefault((number[edge.source], number[edge.target]), {})
+        earned.setdefault(edge.reward, []).append(edge.guard)
+    edges = [
+        _Edge(
+            u,
+            v,
+            tuple(line for reward, guards in earned.items() for line in guard_label(guards, reward)),
+            " or ".join(f"{' | '.join(guards)}, reward {reward:g}" for reward, guards in earned.items()),
+        )
+        for (u, v), earned in merged.items()
+    ]
     return _draw([_Node(name) for name in machine.states], edges, title)
 
 
