@@ -79,6 +79,8 @@ def algorithm_1(
             target = r if mdp.terminal[t] else r + settings.gamma * future
             q[s, a] += settings.alpha * (target - q[s, a])
             score, steps, s, done = score + r, steps + 1, t, done or bool(mdp.marked[t])
+        if mdp.terminal[s]:
+            broken += sum(not rule.marked[q] for rule, q in zip(rules, states, strict=True))
         episodes.append((score, steps, done, broken))
     return q, episodes
 
@@ -86,7 +88,7 @@ def algorithm_1(
 @pytest.mark.parametrize("seed", range(12))
 @pytest.mark.parametrize("supervised", [True, False])
 def test_kernel_is_algorithm_1_bit_for_bit(seed: int, supervised: bool) -> None:  # noqa: FBT001
-    rules = [random_rule(seed), random_rule(seed + 100)]
+    rules = [random_rule(seed, owing=0.3), random_rule(seed + 100)]
     environment = random_process(seed, silent=True)
     mdp = product(environment, rules) if supervised else environment
     mask = safe_actions(mdp) if supervised else mdp.feasible & ~mdp.terminal[:, None]
@@ -139,10 +141,13 @@ def test_same_seed_same_result_and_seeds_side_by_side_are_those_one_by_one() -> 
 def test_a_stopped_run_returns_what_it_has() -> None:
     asked = iter([False, True])
     settings = Settings(episodes=30, decay_every=10)
-    result = q_learning(random_process(5), settings=settings, should_stop=lambda: next(asked))
+    result = q_learning(
+        random_process(5), settings=settings, should_stop=lambda: next(asked), checkpoint_every=10
+    )
     assert not result.finished
     assert len(result.returns) == 10
     assert result.epsilon == settings.epsilon_at(10)
+    assert result.epsilon < settings.epsilon_at(9)
 
 
 def test_the_limit_of_steps_is_not_an_end() -> None:

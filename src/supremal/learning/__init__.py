@@ -1,1 +1,1 @@
-"""How to learn it by trying: Algorithm 1 of the paper, compiled."""
+"""How to learn it by trying: Algorithm 1 of the paper and its relatives, compiled."""

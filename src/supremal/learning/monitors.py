@@ -1,7 +1,9 @@
 """Counting violations: a monitor of each rule beside a learner that may or may not know the rules.
 
-Each event that breaks a rule counts as one violation, and that rule starts again from its initial state.  The
-monitors of all rules are one table over the words that a process can produce.
+Each event that breaks a rule counts as one violation, and that rule starts again from its initial state.  An
+episode that ends while a rule is not marked, with something owed for ever, counts as one violation of that
+rule; one that is cut off does not, since it could still have been given.  The monitors of all rules are one
+table over the words that a process can produce.
 """
 
 from __future__ import annotations
@@ -30,10 +32,13 @@ class WordMonitor:
         ``int32 [M, W]``.
     breaks
         ``int32 [M, W]``: how many violations the word is.
+    owed
+        ``int32 [M]``: how many rules are not marked, and violated if the episode ends here.
     """
 
     next_state: Ints
     breaks: Ints
+    owed: Ints
 
 
 def word_monitor(mdp: TabularMDP, rules: Sequence[Automaton]) -> WordMonitor:
@@ -70,7 +75,14 @@ def word_monitor(mdp: TabularMDP, rules: Sequence[Automaton]) -> WordMonitor:
         rows.append([order[end] for end, _ in ends])
         breaks.append([count for _, count in ends])
     shape = (len(rows), len(spelled))
-    return WordMonitor(np.array(rows, np.int32).reshape(shape), np.array(breaks, np.int32).reshape(shape))
+    owed = [
+        sum(not rule.marked[q : q + 1].any() for rule, q in zip(rules, state, strict=True)) for state in order
+    ]
+    return WordMonitor(
+        np.array(rows, np.int32).reshape(shape),
+        np.array(breaks, np.int32).reshape(shape),
+        np.array(owed, np.int32),
+    )
 
 
 def _follow(
