@@ -1,6 +1,6 @@
 """Run every benchmark: ``python -m benchmarks`` (or ``make bench``); names pick some.
 
-``agreement`` takes about half an hour and is run by its name only.
+``agreement`` and ``fuzz`` take about half an hour each and are run by their names only.
 """
 
 from __future__ import annotations

@@ -11,15 +11,17 @@ import pytest
 from click.testing import CliRunner, Result
 
 import book
-from supremal import find_blocking, find_uncontrollable, sync, synthesize
-from supremal.cli import findings as findings_module
+from supremal import Automaton, find_blocking, find_uncontrollable, sync, synthesize
 from supremal.cli import main
-from supremal.cli.findings import Options, document, read, study
+from supremal.cli.models import read
 from supremal.formats import read_model
+from supremal.task import findings as findings_module
+from supremal.task.findings import document, study
+from supremal.task.task import Options
 
 MODELS = sorted((book.CASES / "models").glob("*.json"))
 FACTORY = book.CASES / "models" / "small_factory.json"
-CELL = Path(__file__).parents[1] / "examples" / "manufacturing_cell.json"
+CELL = book.CASES / "manufacturing_cell.json"
 PAGE = Path(__file__).parents[1] / "docs" / "cli.md"
 KEYS = {
     "verdict": str,
@@ -45,6 +47,11 @@ REASON = {"word": list, "event": str, "kind": str, "chain": list, "end": str, "b
 
 def run(*arguments: object) -> Result:
     return CliRunner().invoke(main, [str(argument) for argument in arguments])
+
+
+def parts_of(path: Path) -> tuple[tuple[Automaton, ...], tuple[Automaton, ...]]:
+    subject = read([path], closed=False, must_act=False, max_states=None)
+    return subject.plants, subject.rules
 
 
 def told(*arguments: object, code: int) -> dict[str, Any]:
@@ -200,7 +207,7 @@ def test_questions_that_would_take_too_long_are_left_open(
 ) -> None:
     monkeypatch.setattr(findings_module, "_RULE_STATES", 1)
     monkeypatch.setattr(findings_module, "_WHOLE_STATES", 1)
-    got = document(study(*read([FACTORY]), Options()))
+    got = document(study(*parts_of(FACTORY), Options()))
     assert (got["rules"][0]["controllable"], got["rules"][0]["nonblocking"]) == (None, None)
     assert got["given_up"] is None
     assert got["together"]["nonblocking"] is None
@@ -209,7 +216,7 @@ def test_questions_that_would_take_too_long_are_left_open(
     assert "rule BUF: 2 states, too many states to say" in said.stdout
     assert "given up: too many states to say" in said.stdout
     path = model_of(tmp_path / "model.json", HOPELESS)
-    assert document(study(*read([path]), Options(max_states=1)))["guilty"] == ["calm"]
+    assert document(study(*parts_of(path), Options(max_states=1)))["guilty"] == ["calm"]
 
 
 # --- what is printed --------------------------------------------------------------------------------------

@@ -7,7 +7,6 @@ import re
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import combinations
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -42,7 +41,7 @@ from supremal.synthesis.witnesses import explain_blocking, explain_deadlock, exp
 pytestmark = pytest.mark.engine
 
 LENGTH = 4
-CELL = Path(__file__).parents[1] / "examples" / "manufacturing_cell.json"
+CELL = book.CASES / "manufacturing_cell.json"
 Systems = tuple[list[Automaton], list[Automaton]]
 How = dict[str, bool]
 

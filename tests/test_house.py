@@ -1,6 +1,7 @@
 """The gates of the house: the front door, the wheel, the published text."""
 
 import json
+import os
 import re
 import subprocess
 import sys
@@ -15,7 +16,7 @@ import supremal
 ROOT = Path(__file__).parents[1]
 SOURCE = ROOT / "src" / "supremal"
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
-HEAVY = {"gymnasium", "matplotlib", "numba", "torch"}
+HEAVY = {"gymnasium", "matplotlib", "numba", "tensorboard", "torch"}
 IMPORT_SECONDS = 0.5
 
 
@@ -29,7 +30,8 @@ def run(*command: str | Path, cwd: Path) -> str:
 
 def files_of(package: Path) -> set[Path]:
     """Return the files of ``package``, without what Python and numba cache beside them."""
-    files = (file.relative_to(package) for file in package.rglob("*") if file.is_file())
+    folders = os.walk(package, followlinks=True)  # the examples are linked to
+    files = (Path(folder, name).relative_to(package) for folder, _, names in folders for name in names)
     return {file for file in files if "__pycache__" not in file.parts}
 
 

@@ -146,6 +146,13 @@ def test_a_reward_machine_shows_guards_and_rewards():
     assert "u_4 → u_5: i1 & i2 & i3 & S, reward 0" in root.find(f"{SVG}desc").text
 
 
+def test_guards_with_different_rewards_share_an_arrow():
+    machine = reward_machine(["c", "d"], [("u", "c", "v", 1.0), ("u", "d & !c", "v", 2.0)])
+    root = parsed(reward_machine_svg(machine))
+    assert texts(root, "label") == ["c, 1", "d & !c, 2"]
+    assert "u → v: c, reward 1 or d & !c, reward 2" in root.find(f"{SVG}desc").text
+
+
 def test_edges_that_nobody_controls_are_dashed():
     svg = automaton_svg(G_S)
     css = [edge.get("class") for edge in edges(parsed(svg))]
@@ -355,7 +362,8 @@ def test_without_matplotlib_figures_say_what_to_install(monkeypatch, tmp_path):
 
 RESULT = {
     "supremal": "0.1.0",
-    "preset": "default",
+    "task": "grid",
+    "source": "A paper, 2022",
     "partial": False,
     "seed": 1,
     "seeds": 2,
@@ -367,15 +375,14 @@ RESULT = {
         "epsilon": 0.25,
         "epsilon_decay": 0.95,
         "decay_every": 10_000,
-        "drop_probability": 0.5,
     },
     "check": {
         "verdict": "enforceable",
-        "plant": {"states": 4032, "transitions": 17_210},
+        "plants": [{"name": "grid", "states": 4032}],
         "rules": [
             {
                 "name": "H_1",
-                "title": "No <script>alert(1)</script> U-turn.",
+                "sentence": "No <script>alert(1)</script> U-turn.",
                 "states": 3,
                 "transitions": 10,
                 "controllable": True,
@@ -384,7 +391,7 @@ RESULT = {
             },
             {
                 "name": "G_s'",
-                "title": "After a drop: put down 2 and 3, then pick up 1, 2, 3",
+                "sentence": "After a drop: put down 2 and 3, then pick up 1, 2, 3",
                 "states": 6,
                 "transitions": 16,
                 "controllable": True,
@@ -398,7 +405,7 @@ RESULT = {
         ],
     },
     "product": {"states": 12_380, "state_actions": 24_110, "disabled": 31_740},
-    "optimal": {"value": -90.844936, "bound": 3e-12, "expected_steps": 41.0, "steps_without_drop": 35.0},
+    "optimal": {"value": -90.844936, "bound": 3e-12, "expected_steps": 41.0, "steps_undisturbed": 35.0},
     "greedy": {
         "value": -90.844936,
         "bound": 1e-12,
@@ -424,7 +431,7 @@ RESULT = {
         "completion": [0.0, 0.99],
         "greedy": {"value": -90.78, "completion": 1.0, "violation_probability": 1.0},
     },
-    "comparison": [{"what": "Average score, episodes 1–10,000", "paper": "-979.3", "here": None}],
+    "comparison": [{"what": "Average score, episodes 1–10,000", "reported": "-979.3", "here": None}],
     "per_seed": [
         {"seed": seed, "greedy_value": -90.8, "gap": 0.0, "completion": 0.99999, "violations": 0}
         for seed in (1, 2)
@@ -449,7 +456,7 @@ def test_the_report_says_what_was_found():
     for said in (
         "The learned policy is worth −90.8449, the best that the rules allow, and completes the task in",
         "the same learner broke them 1,491,949 times",
-        "The plant, which is all that can happen, has 4,032 states and 17,210 transitions",
+        "What can happen: grid, 4,032 states.",
         "After du, du can happen again, which nobody controls and the rule forbids.",
         "Rule automaton: 3 states, 10 transitions.",
         "−979.3",
@@ -509,11 +516,16 @@ def test_missing_parts_are_left_out():
 
 def test_rules_that_cannot_be_kept():
     rule = {"name": "r", "controllable": False, "witness": {"word": ["a", "b"], "event": "fault"}}
-    page = report_html({"check": {"verdict": "not enforceable", "rules": [rule]}})
+    page = report_html({"check": {"verdict": "not_enforceable", "rules": [rule]}})
     words = visible(page)
     assert "These rules cannot be kept." in words
     assert "After a b, fault can happen, which nobody controls and the rule forbids." in words
     assert '<li class="last">fault</li>' in page
+
+
+def test_rules_that_can_be_kept_in_part():
+    page = report_html(RESULT | {"check": RESULT["check"] | {"verdict": "enforceable_in_part"}})
+    assert "The rules can be kept by forbidding more than they do, and were: no" in visible(page)
 
 
 def test_broken_rules_are_not_hidden():

@@ -23,13 +23,20 @@ from supremal.automata.project import inverse_project, project, relabel
 from supremal.automata.quotients import quotient, reverse_language, right_quotient, shuffle
 from supremal.automata.reduce import complement, coreachable, mark_all, prefix_closure, reachable, trim
 from supremal.automata.words import count_words, sample_word, shortest_words, words
+from supremal.decisions.certificate import certify
 from supremal.decisions.evaluation import Evaluation, evaluate
+from supremal.decisions.horizon import HorizonPlan, finite_horizon
 from supremal.decisions.mdp import Outcome, TabularMDP, from_outcomes
+from supremal.decisions.optimum import Optimum, expected_steps, reach_probability, total_reward
 from supremal.decisions.planning import Plan, value_iteration
-from supremal.decisions.plant import plant_automaton
+from supremal.decisions.plant import observed_plant, plant_automaton
+from supremal.decisions.plant_process import process_of, undisturbed
+from supremal.decisions.policy_iteration import policy_iteration
 from supremal.decisions.product import product
+from supremal.decisions.reachability import prob0, prob1
 from supremal.decisions.reward_machine import RewardMachine, reward_machine
 from supremal.decisions.safety import find_dead_end, safe_actions
+from supremal.decisions.shaping import label_end, label_with_rule, machine_from_rule, potentials, shaped
 from supremal.errors import (
     AlphabetError,
     AutomatonError,
@@ -41,7 +48,19 @@ from supremal.errors import (
     RuleError,
     SupremalError,
 )
-from supremal.learning.q_learning import QResult, Settings, q_learning, q_learning_seeds
+from supremal.learning.checkpoints import LearnerState, load_state, save_state
+from supremal.learning.q_learning import QResult, q_learning, q_learning_seeds
+from supremal.learning.schedules import Schedule
+from supremal.learning.settings import Settings
+from supremal.learning.statistics import bootstrap_interval, interquartile_mean, regret
+from supremal.learning.tables import TableResult, table_learning
+from supremal.rules import patterns
+from supremal.rules.about import classify, events_that_matter, example_words
+from supremal.rules.lint import lint
+from supremal.rules.ltlf import rule_from_ltlf, sentence_of_ltlf
+from supremal.rules.patterns import sentence_of
+from supremal.rules.regex import rule_from_regex, sentence_of_regex
+from supremal.rules.rule import Rule
 from supremal.rules.sequences import (
     complete_factors,
     complete_safe,
@@ -88,22 +107,31 @@ __all__ = [
     "FormatError",
     "GivenUp",
     "Guilty",
+    "HorizonPlan",
+    "LearnerState",
     "MDPError",
     "MissingDependencyError",
     "ModelError",
     "Modular",
     "Monitor",
+    "Optimum",
     "Outcome",
     "Plan",
     "QResult",
     "Reason",
     "RewardMachine",
+    "Rule",
     "RuleError",
+    "Schedule",
     "Settings",
     "Supervisor",
     "SupremalError",
+    "TableResult",
     "TabularMDP",
     "Violation",
+    "bootstrap_interval",
+    "certify",
+    "classify",
     "complement",
     "complete_factors",
     "complete_safe",
@@ -112,6 +140,9 @@ __all__ = [
     "count_words",
     "difference",
     "evaluate",
+    "events_that_matter",
+    "example_words",
+    "expected_steps",
     "explain_blocking",
     "explain_disabled",
     "explain_violation",
@@ -124,12 +155,14 @@ __all__ = [
     "find_not_included",
     "find_uncontrollable",
     "find_unobservable",
+    "finite_horizon",
     "from_outcomes",
     "from_table",
     "from_text",
     "from_transitions",
     "given_up",
     "infimal_controllable",
+    "interquartile_mean",
     "inverse_project",
     "is_controllable",
     "is_included",
@@ -139,29 +172,50 @@ __all__ = [
     "is_normal",
     "is_observable",
     "is_same_language",
+    "label_end",
+    "label_with_rule",
     "language_union",
+    "lint",
+    "load_state",
     "localise",
+    "machine_from_rule",
     "mark_all",
     "meet",
     "minimise",
+    "observed_plant",
     "observer",
+    "patterns",
     "plant_automaton",
+    "policy_iteration",
+    "potentials",
     "prefix_closure",
+    "prob0",
+    "prob1",
+    "process_of",
     "product",
     "project",
     "q_learning",
     "q_learning_seeds",
     "quotient",
+    "reach_probability",
     "reachable",
     "reduce_supervisor",
+    "regret",
     "relabel",
     "reverse_language",
     "reward_machine",
     "right_quotient",
+    "rule_from_ltlf",
+    "rule_from_regex",
     "rule_from_safe",
     "rule_from_unsafe",
     "safe_actions",
     "sample_word",
+    "save_state",
+    "sentence_of",
+    "sentence_of_ltlf",
+    "sentence_of_regex",
+    "shaped",
     "shortest_words",
     "shuffle",
     "sync",
@@ -169,7 +223,10 @@ __all__ = [
     "synthesize_modular",
     "synthesize_normal",
     "synthesize_timed",
+    "table_learning",
+    "total_reward",
     "trim",
+    "undisturbed",
     "universal",
     "value_iteration",
     "words",

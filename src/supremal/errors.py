@@ -60,7 +60,7 @@ class FormatError(SupremalError, ValueError):
     """
 
     def __init__(self, message: str, *, path: str = "<text>", line: int = 0, column: int = 0) -> None:
-        self.path, self.line, self.column = path, line, column
+        self.message, self.path, self.line, self.column = message, path, line, column
         place = ":".join([path, *(str(n) for n in (line, column) if n)])
         super().__init__(f"{place}: {message}")
 

@@ -6,12 +6,20 @@ Exit codes: 0 all went well, 1 the answer is no, 2 bad input or output (one line
 
 from __future__ import annotations
 
+import sys
+from importlib import import_module
+
 import click
 
 from supremal import __version__
+from supremal.cli.certify import certify_command, verify_command
 from supremal.cli.check import check
 from supremal.cli.convert import convert
-from supremal.cli.demo import STOPPED, demo
+from supremal.cli.demo import demo
+from supremal.cli.export_model import model_command
+from supremal.cli.init import init
+from supremal.cli.rules import rules
+from supremal.cli.run import STOPPED, run_command
 from supremal.cli.synthesize import synthesize_command
 from supremal.errors import SupremalError
 
@@ -35,9 +43,30 @@ class _Group(click.Group):
 
 @click.group(cls=_Group, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(__version__, prog_name="supremal")
-def main() -> None:
+@click.option("--import", "modules", multiple=True, metavar="MODULE",
+              help="Import a module first, that registers environments of yours in Gymnasium.")  # fmt: skip
+def main(modules: tuple[str, ...]) -> None:
     """Train agents that never break the rules, and know before training whether the rules can be kept."""
+    if modules:
+        sys.path.insert(0, "")  # as `python -m` does: modules of the folder that one is in
+    for module in modules:
+        try:
+            import_module(module)
+        except ImportError as error:
+            message = f"cannot import {module}: {error}; give the name of a module that Python finds"
+            raise _BadInputError(message) from None
 
 
-for command in (check, convert, demo, synthesize_command):
+for command in (
+    certify_command,
+    check,
+    convert,
+    demo,
+    init,
+    model_command,
+    rules,
+    run_command,
+    synthesize_command,
+    verify_command,
+):
     main.add_command(command)

@@ -10,18 +10,19 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 import click
 
 if TYPE_CHECKING:
-    from supremal.cli.findings import Findings, Question
+    from supremal.task.findings import Findings, Question
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
 NO: Final = 1
 """The exit code of an answer that is no."""
 
-_VERDICTS: Final = {
+VERDICTS: Final = {
     "enforceable": "The rules can be kept as they stand.",
     "enforceable_in_part": "The rules can be kept in part: a supervisor has to forbid more than they do.",
     "not_enforceable": "The rules cannot be kept.",
 }
+"""What each verdict says."""
 _ANSWERS: Final = (
     ("controllable", "not controllable"),
     ("nonblocking", "blocking"),
@@ -39,7 +40,7 @@ def model_options(command: Command) -> Command:
         click.option("--must-act", is_flag=True, help=must_act),
         click.option("--closed", is_flag=True, help=closed),
         click.argument(
-            "models", metavar="MODEL...", nargs=-1, required=True, type=click.Path(path_type=Path)
+            "models", metavar="TASK|MODEL...", nargs=-1, required=True, type=click.Path(path_type=Path)
         ),
     ):
         command = option(command)
@@ -58,27 +59,30 @@ def check(
     max_states: int | None,
     as_json: bool,
 ) -> None:
-    """Check whether the rules of a model can be kept as they stand, and if not, show the shortest word.
+    """Check whether rules can be kept as they stand, and if not, show the shortest word.
 
-    Several files are one model: all their plants, all their rules.  Exit code 0: they can; 1: they cannot, or
-    only in part; 2: bad input.
+    A TASK is one file (.toml).  Several MODEL files are one model: all their plants, all their rules.  Exit
+    code 0: they can; 1: they cannot, or only in part; 2: bad input.
     """
-    from supremal.cli.findings import Options, document, read, study
+    from supremal.cli.models import read
+    from supremal.task.findings import document, study
 
-    options = Options(closed, must_act, max_states)
-    findings = study(*read(models), options, lost=as_json)
+    subject = read(models, closed=closed, must_act=must_act, max_states=max_states)
+    findings = study(subject.plants, subject.rules, subject.options, lost=as_json)
     if as_json:
         click.echo(json.dumps(document(findings), indent=2, allow_nan=False, ensure_ascii=False))
     else:
-        tell(findings)
+        tell(findings, worst_case=subject.worst_case)
     if findings.verdict != "enforceable":
         ctx.exit(NO)
 
 
-def tell(findings: Findings) -> None:
+def tell(findings: Findings, *, worst_case: bool = False) -> None:
     """Print the verdict, and what holds for each rule and for all of them together."""
     supervisor = findings.supervisor.automaton
-    click.secho(_VERDICTS[findings.verdict], bold=True)
+    click.secho(VERDICTS[findings.verdict], bold=True)
+    if worst_case:
+        click.echo("  This holds whatever happens: no plant is given, so any event may come at any time.")
     for plant in findings.plants:
         click.echo(f"  plant {plant.name}: {plant.n_states:,} states")
     for rule, (controllable, nonblocking) in zip(findings.rules, findings.each, strict=True):

@@ -12,9 +12,9 @@ import click
 from supremal.cli.check import NO, model_options, tell
 
 if TYPE_CHECKING:
-    from supremal.cli.findings import Findings
     from supremal.synthesis.explain import Disabled
     from supremal.synthesis.given_up import GivenUp
+    from supremal.task.findings import Findings
 
 
 @click.command("synthesize")
@@ -41,24 +41,26 @@ def synthesize_command(
     force: bool,
     as_json: bool,
 ) -> None:
-    """Build the least restrictive supervisor of a model, and say what it gives up and why.
+    """Build the least restrictive supervisor, and say what it gives up and why.
 
-    Several files are one model: all their plants, all their rules.  Exit code 0: there is a supervisor; 1:
-    there is none, the rules cannot be kept; 2: bad input.
+    A TASK is one file (.toml).  Several MODEL files are one model: all their plants, all their rules.  Exit
+    code 0: there is a supervisor; 1: there is none, the rules cannot be kept; 2: bad input.
     """
-    from supremal.cli.findings import Options, check_place, document, read, study, write
+    from supremal.cli.models import check_place, read, write
     from supremal.synthesis.explain import disabled_in
+    from supremal.task.findings import document, study
 
     if out is not None:
         check_place(out, force=force)
-    findings = study(*read(models), Options(closed, must_act, max_states))
+    subject = read(models, closed=closed, must_act=must_act, max_states=max_states)
+    findings = study(subject.plants, subject.rules, subject.options)
     disabled = disabled_in(findings.causes, findings.supervisor, findings.state)
     shown = len(disabled) if every else rows
     if as_json:
         said = document(findings) | {"disabled": _table(disabled, shown)}
         click.echo(json.dumps(said, indent=2, allow_nan=False, ensure_ascii=False))
     else:
-        tell(findings)
+        tell(findings, worst_case=subject.worst_case)
         _tell_lost(findings)
         _tell_disabled(disabled, shown)
     if out is not None and not findings.supervisor.is_empty:
@@ -68,7 +70,7 @@ def synthesize_command(
 
 
 def _table(disabled: Disabled, shown: int) -> dict[str, Any]:
-    from supremal.cli.findings import reason_document
+    from supremal.task.findings import reason_document
 
     return {
         "count": len(disabled),

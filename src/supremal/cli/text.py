@@ -10,19 +10,19 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from supremal.cli.check import VERDICTS
+
 
 def describe(console: Console, result: Mapping[str, Any], folder: Path) -> None:
     """Print what a reader of the report should know first."""
     check, product = result["check"], result["product"]
-    plant = check["plant"]
     console.print()
-    console.print(Text(f"The rules are {check['verdict']}.", style="bold"))
-    console.print(
-        f"  environment: {plant['states']:,} states, {plant['transitions']:,} transitions", highlight=False
-    )
+    console.print(Text(VERDICTS[check["verdict"]], style="bold"))
+    for plant in check["plants"]:
+        console.print(f"  {plant['name']}: {plant['states']:,} states", highlight=False)
     for rule in check["rules"]:
-        verdict = "controllable" if rule["controllable"] else "not controllable"
-        sizes = f"{rule['states']} states, {rule['product']['states']:,} with the environment"
+        verdict = {True: "controllable", False: "not controllable"}.get(rule["controllable"], "left open")
+        sizes = f"{rule['class']}, {rule['states']} states"
         console.print(Text(f"  {rule['name']} ({sizes}): {verdict}. {rule['without_plant']['text']}"))
     console.print(
         f"  product under supervision: {product['states']:,} states, {product['state_actions']:,} enabled "
@@ -70,6 +70,10 @@ def _numbers(result: Mapping[str, Any]) -> Table:
     row("value of the greedy policy", f"{greedy['value']:.9f}")
     row("value of the optimum", f"{optimal['value']:.9f}")
     row("gap (solver's bound)", f"{greedy['gap']:.1e} ({optimal['bound'] + greedy['bound']:.0e})")
-    row("expected steps, optimum", f"{optimal['expected_steps']:.4f}")
-    row("steps where nothing drops", f"{optimal['steps_without_drop']:g}")
+    row(
+        "expected steps, optimum",
+        "–" if optimal["expected_steps"] is None else f"{optimal['expected_steps']:.4f}",
+    )
+    if optimal["steps_undisturbed"] is not None:
+        row("steps where nothing uncontrollable happens", f"{optimal['steps_undisturbed']:g}")
     return table

@@ -105,8 +105,8 @@ def derived(
         rows.append(row)
         if len(queue) > max_states:
             message = (
-                f"rule {name!r} unfolds to more than {max_states:,} states; make a bound in it smaller, split "
-                "it into several rules, or raise max_states"
+                f"rule {name!r} unfolds to more than {max_states:,} states; make a bound in it smaller, "
+                "split it into several rules, or raise max_states"
             )
             raise RuleError(message)
     table = np.array(rows, np.int32).reshape(len(rows), len(kinds))

@@ -25,6 +25,8 @@ from supremal.rules._ltlf_formulas import UNBOUNDED
 FREE: Final = UNBOUNDED + 1
 """The level of an obligation that is not owed."""
 
+_STEPS_A_CALL: Final = 3  # by the clock
+
 Clause: TypeAlias = tuple[int, ...]
 Owed: TypeAlias = frozenset[Clause]
 
@@ -85,7 +87,7 @@ class Lattice:
                 sure += part
             else:
                 choices.append(part)
-        self._budget.spend(len(sure) * self._steps)
+        self._budget.spend(_STEPS_A_CALL + len(sure) * self._steps)
         owed = {tuple(map(min, *sure))} if len(sure) > 1 else set(sure)
         for choice in choices:
             self._budget.spend(len(owed) * len(choice) * self._steps)

@@ -54,7 +54,7 @@ from supremal.rules._ltlf_obligations import Budget
 from supremal.rules._ltlf_parser import parse
 from supremal.rules._ltlf_sentence import MAX_SIZE, sentence
 
-_STEPS_A_STATE: Final = 100
+_STEPS_A_STATE: Final = 80
 """How many steps of unfolding each state may cost on average: a second in all, for the default bound."""
 
 _FEW_STATES: Final = 1_000
@@ -89,7 +89,7 @@ def rule_from_ltlf(
         If the text does not parse, names an unknown event, or looks ahead inside what looks back; gives line
         and column.
     RuleError
-        If it unfolds to more states, or takes more than 100 steps for each of ``max_states``, which is about
+        If it unfolds to more states, or takes more than 80 steps for each of ``max_states``, which is about
         a second for the default.
 
     Notes

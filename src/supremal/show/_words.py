@@ -15,6 +15,10 @@ from supremal.show._text import escape
 
 MISSING: Final = "\u2013"
 _SYMBOL: Final = re.compile(r"(?<![\w-])([^\W\d_])(?:_(\w{1,2})|(\d{1,2}))(?![\w'-])")
+_KEPT: Final = {
+    "enforceable": "The rules can be kept",
+    "enforceable_in_part": "The rules can be kept by forbidding more than they do",
+}
 _UP: Final = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
@@ -124,13 +128,14 @@ def sentence(text: str) -> str:
 def headline(result: Mapping[str, Any]) -> str:
     """Return the verdict of the whole run in one sentence."""
     check, training = result.get("check") or {}, result.get("training") or {}
-    if check.get("verdict") != "enforceable":
+    if check.get("verdict") not in _KEPT:
         return "These rules cannot be kept." if check else "A run without a check."
+    can = _KEPT[check["verdict"]]
     broken, steps = training.get("violations"), training.get("steps")
     if not is_number(broken) or not is_number(steps) or not steps:
-        return "The rules can be kept."
+        return f"{can}."
     kept = f"but were broken {_times(broken)}" if broken else "and were: no\u00a0violation"
-    return f"The rules can be kept, {kept} in {integer(steps)} steps of training."
+    return f"{can}, {kept} in {integer(steps)} steps of training."
 
 
 def lede(result: Mapping[str, Any]) -> list[str]:

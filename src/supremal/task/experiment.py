@@ -1,4 +1,4 @@
-"""The experiment: check, supervise, learn, evaluate.
+"""The experiment: supervise, learn, evaluate.
 
 `run` walks the stair once.  Its `Experiment` holds the models and the results, from which
 `supremal.task.summary` reads the numbers.
@@ -6,42 +6,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from supremal._arrays import NONE, Bools, Ints
 from supremal.automata.automaton import Automaton
-from supremal.automata.build import universal
-from supremal.automata.explore import Exploration, explore
+from supremal.automata.reduce import mark_all
 from supremal.decisions.evaluation import Evaluation, evaluate
 from supremal.decisions.mdp import TabularMDP, restrict
 from supremal.decisions.planning import Plan, value_iteration
-from supremal.decisions.plant import plant_automaton
+from supremal.decisions.plant_process import undisturbed
 from supremal.decisions.product import product
 from supremal.decisions.safety import safe_actions
+from supremal.errors import MDPError
 from supremal.learning.q_learning import QResult, q_learning_seeds
-from supremal.synthesis.verify import Violation, find_uncontrollable
+from supremal.task.findings import Findings, plants_of, study
 from supremal.task.task import Task
 
 OnStage = Callable[[str], object]
 OnEpisodes = Callable[[str, int, int], object]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Checked:
-    """Whether the rules can be kept.
-
-    The plant; for each rule its product with the plant and a witness against it; a witness against all of
-    them together; and for each rule a witness against it where anything can happen.
-    """
-
-    plant: Automaton
-    products: tuple[Exploration, ...]
-    witnesses: tuple[Violation | None, ...]
-    joint: Violation | None
-    without_plant: tuple[Violation | None, ...]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -52,28 +37,28 @@ class Experiment:
     ----------
     task
         What was asked.
-    checked
+    findings
         Whether the rules can be kept.
     model, enabled
         The product of environment, rules and reward machine, and the supervisor's mask over it.
     plan, optimum
         The optimal values, and the exact evaluation of the optimal policy.
-    steps_without_drop
-        The steps that an optimal policy takes where nothing uncontrollable happens.
+    steps_undisturbed
+        The steps that an optimal policy takes where nothing uncontrollable happens; None where nothing can.
     results, greedy
         What each seed learned, and the exact evaluation of each greedy policy.
     baseline, baseline_greedy, baseline_judged
         The first seed without the rules, the evaluation of its greedy policy, and that with the rules beside
-        it, where a violation ends the episode; None where the run was stopped before.
+        it, where a violation ends the episode; None where there are no rules or the run was stopped before.
     """
 
     task: Task
-    checked: Checked
+    findings: Findings
     model: TabularMDP
     enabled: Bools
     plan: Plan
     optimum: Evaluation
-    steps_without_drop: float
+    steps_undisturbed: float | None
     results: list[QResult]
     greedy: list[Evaluation]
     baseline: QResult | None
@@ -83,83 +68,102 @@ class Experiment:
     @property
     def partial(self) -> bool:
         """Whether the run was stopped before its end."""
-        return self.baseline is None or not all(r.finished for r in [*self.results, self.baseline])
+        stopped = not all(result.finished for result in self.results)
+        return stopped or (bool(self.task.rules) and (self.baseline is None or not self.baseline.finished))
 
 
-def check(task: Task) -> Checked:
-    """Ask Theorem 1 about each rule and all of them together, with the plant and against Σ*."""
-    plant = plant_automaton(task.environment, name="environment")
-    anything = universal(plant.alphabet)
-    rules = [rule.automaton for rule in task.rules]
-    return Checked(
-        plant,
-        tuple(explore([plant], [rule]) for rule in rules),
-        tuple(find_uncontrollable(plant, rule) for rule in rules),
-        find_uncontrollable(plant, rules),
-        tuple(find_uncontrollable(anything, rule) for rule in rules),
-    )
+def check(task: Task) -> Findings:
+    """Ask whether the rules of ``task`` can be kept, where something is to be learned.
+
+    Raises
+    ------
+    MDPError
+        If the task has no environment.
+    """
+    if task.environment is None:
+        message = (
+            f"task {task.name!r} does not say how likely what is, so nothing can be learned; give the id of "
+            "an [environment], or the chances of what nobody controls in its plants"
+        )
+        raise MDPError(message)
+    rules = tuple(rule.automaton for rule in task.rules)
+    return study(plants_of(task), rules, task.options, lost=False)
+
+
+def rules_of(task: Task) -> list[Automaton]:
+    """Return the rules as the product reads them: where nothing has to be completed, nothing is owed."""
+    automata = [rule.automaton for rule in task.rules]
+    return automata if task.options.nonblocking else [mark_all(rule) for rule in automata]
 
 
 def supervise(environment: TabularMDP, task: Task) -> tuple[TabularMDP, Bools]:
     """Return the product of ``environment`` with the task's rules and reward machine, and its safe mask."""
-    model = product(environment, [rule.automaton for rule in task.rules], task.reward_machine)
-    return model, safe_actions(model)
+    bound = {"max_states": task.options.max_states} if task.options.max_states else {}
+    model = product(environment, rules_of(task), task.reward_machine, **bound)
+    return model, safe_actions(model, nonblocking=task.options.nonblocking)
 
 
 def run(
     task: Task,
-    seeds: Sequence[int],
+    findings: Findings,
     *,
     on_stage: OnStage = lambda _: None,
     on_episodes: OnEpisodes = lambda *_: None,
 ) -> Experiment:
-    """Run the whole experiment, once for each of ``seeds``.
+    """Run the whole experiment, once for each of the task's seeds, after its `check`.
 
     ``on_stage`` is told what begins, ``on_episodes`` the learner ("supervised" or "baseline"), the place of
     the seed and the episodes it has run.  Ctrl-C while learning returns what there is.
+
+    Raises
+    ------
+    MDPError
+        If the rules cannot be kept, so that there is nothing to learn, or there is no environment.
     """
-    on_stage("checking the rules")
-    checked = check(task)
+    environment, settings = task.environment, task.settings
+    if environment is None or findings.verdict == "not_enforceable":
+        message = f"the rules of task {task.name!r} cannot be kept in any environment of it; check it first"
+        raise MDPError(message)
+    gamma, limit = settings.gamma, settings.episode_steps
     on_stage("building the supervisor")
-    model, enabled = supervise(task.environment, task)
-    calm, calm_enabled = supervise(task.undisturbed, task)
-    settings, gamma, limit = task.settings, task.settings.gamma, task.settings.episode_steps
+    model, enabled = supervise(environment, task)
     on_stage("solving exactly")
     plan = value_iteration(model, gamma=gamma, enabled=enabled)
-    calm_plan = value_iteration(calm, gamma=gamma, enabled=calm_enabled)
 
     on_stage("learning under the supervisor")
-    rules = [rule.automaton for rule in task.rules]
+    rules, seeds = rules_of(task), range(task.seed, task.seed + task.seeds)
     results = q_learning_seeds(
         model,
         seeds,
         enabled=enabled,
         rules=rules,
+        environment=environment,
         settings=settings,
         on_episodes=lambda place, done: on_episodes("supervised", place, done),
     )
     baseline = baseline_greedy = baseline_judged = None
-    if all(result.finished for result in results):
+    if rules and all(result.finished for result in results):
         on_stage("learning without the rules, for comparison")
-        free = product(task.environment, (), task.reward_machine)
+        free = product(environment, (), task.reward_machine)
         (baseline,) = q_learning_seeds(
             free,
             seeds[:1],
             rules=rules,
+            environment=environment,
             settings=settings,
             on_episodes=lambda place, done: on_episodes("baseline", place, done),
         )
         baseline_greedy = evaluate(free, baseline.policy, gamma=gamma, horizon=limit)
-        baseline_judged = _with_rules(free, baseline.policy, task)
+        baseline_judged = _with_rules(free, baseline.policy, rules, gamma)
     on_stage("evaluating the policies exactly")
     return Experiment(
         task=task,
-        checked=checked,
+        findings=findings,
         model=model,
         enabled=enabled,
         plan=plan,
         optimum=evaluate(model, plan.policy, gamma=gamma, horizon=limit),
-        steps_without_drop=evaluate(calm, calm_plan.policy, gamma=gamma).expected_steps,
+        steps_undisturbed=_steps_undisturbed(task, environment),
         results=results,
         greedy=[evaluate(model, result.policy, gamma=gamma, horizon=limit) for result in results],
         baseline=baseline,
@@ -168,12 +172,20 @@ def run(
     )
 
 
-def _with_rules(free: TabularMDP, policy: Ints, task: Task) -> Evaluation:
+def _steps_undisturbed(task: Task, environment: TabularMDP) -> float | None:
+    if not environment.alphabet.uncontrollable:
+        return None
+    calm, enabled = supervise(undisturbed(environment), task)
+    plan = value_iteration(calm, gamma=task.settings.gamma, enabled=enabled)
+    return evaluate(calm, plan.policy, gamma=task.settings.gamma).expected_steps
+
+
+def _with_rules(free: TabularMDP, policy: Ints, rules: list[Automaton], gamma: float) -> Evaluation:
     """Evaluate a policy that does not know the rules in their product: a violation ends the episode."""
     chosen = np.zeros((free.n_states, free.n_actions), np.bool_)
     acts = np.flatnonzero(policy != NONE)
     chosen[acts, policy[acts]] = True
     numbered = replace(restrict(free, chosen), origin=np.arange(free.n_states, dtype=np.int32)[:, None])
-    judged = product(numbered, [rule.automaton for rule in task.rules])
+    judged = product(numbered, rules)
     lifted = np.append(policy, np.int32(NONE))[judged.origin[:, 0]]
-    return evaluate(judged, lifted, gamma=task.settings.gamma)
+    return evaluate(judged, lifted, gamma=gamma)

@@ -6,15 +6,17 @@ import csv
 import json
 import secrets
 import shutil
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from supremal.errors import SupremalError
 from supremal.learning.q_learning import QResult
 from supremal.task.experiment import Experiment
-from supremal.task.summary import INTERVAL, interval_means
+from supremal.task.summary import interval_means
 
 
 class OutputError(SupremalError):
@@ -56,6 +58,16 @@ def write_json(path: Path, document: Mapping[str, Any]) -> None:
     )
 
 
+def write_learned(path: Path, results: Sequence[QResult]) -> None:
+    """Write what each seed learned: ``seeds [N]``, ``policy [N, S]`` and ``q [N, S, A]`` over the product."""
+    np.savez_compressed(
+        path,
+        seeds=np.array([result.seed for result in results]),
+        policy=np.stack([result.policy for result in results]),
+        q=np.stack([result.q for result in results]),
+    )
+
+
 def write_curves(path: Path, experiment: Experiment) -> None:
     """Write the learning curves as CSV, one line for each learner, seed and interval of episodes."""
     runs = [("supervised", result) for result in experiment.results]
@@ -72,6 +84,7 @@ def write_curves(path: Path, experiment: Experiment) -> None:
 
 def _rows(result: QResult, experiment: Experiment) -> Iterator[list[float]]:
     columns = (result.returns, result.completed, result.lengths, result.violations)
-    for i, means in enumerate(zip(*(interval_means(column) for column in columns), strict=True)):
-        first, end = i * INTERVAL, min((i + 1) * INTERVAL, len(result.returns))
+    interval = experiment.task.interval
+    for i, means in enumerate(zip(*(interval_means(column, interval) for column in columns), strict=True)):
+        first, end = i * interval, min((i + 1) * interval, len(result.returns))
         yield [end, *map(float, means), experiment.task.settings.epsilon_at(first)]

@@ -3,25 +3,24 @@
 from __future__ import annotations
 
 from dataclasses import asdict
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 
 from supremal import __version__
 from supremal._arrays import Floats
-from supremal.automata.explore import Exploration
+from supremal.automata.automaton import Automaton
+from supremal.automata.build import universal
 from supremal.decisions.safety import reachable_states
 from supremal.learning.q_learning import QResult
-from supremal.synthesis.verify import Violation
+from supremal.rules.about import classify
+from supremal.synthesis.verify import find_uncontrollable
 from supremal.task.comparison import comparison
 from supremal.task.experiment import Experiment
-from supremal.task.task import Rule
-
-INTERVAL: Final = 10_000
-"""Episodes that the paper's curves average over."""
+from supremal.task.findings import document
 
 
-def interval_means(values: np.ndarray, interval: int = INTERVAL) -> Floats:
+def interval_means(values: np.ndarray, interval: int) -> Floats:
     """Return the means over successive intervals; the last may be shorter."""
     if not len(values):
         return np.empty(0)
@@ -38,14 +37,15 @@ def summary(experiment: Experiment) -> dict[str, Any]:
     possible = experiment.model.feasible & ~experiment.model.terminal[:, None]
     optimum, greedy = experiment.optimum, experiment.greedy[0]
     best = float(experiment.model.initial @ experiment.plan.value)
-    document = {
+    said = {
         "supremal": __version__,
         "task": task.name,
-        "preset": task.preset,
+        "title": task.title,
+        "source": task.source,
         "partial": experiment.partial,
         "seed": result.seed,
         "seeds": len(experiment.results),
-        "settings": asdict(task.settings) | {"drop_probability": task.drop_probability},
+        "settings": asdict(task.settings),
         "check": _check_summary(experiment),
         "product": {
             "states": int(reached.sum()),
@@ -57,7 +57,7 @@ def summary(experiment: Experiment) -> dict[str, Any]:
             "bound": experiment.plan.bound,
             "expected_return": _number(optimum.expected_return),
             "expected_steps": _number(optimum.expected_steps),
-            "steps_without_drop": _number(experiment.steps_without_drop),
+            "steps_undisturbed": _number(experiment.steps_undisturbed),
             "completion_within_limit": float(optimum.completion_within[-1]),
             "completion_ever": optimum.completion,
         },
@@ -71,7 +71,7 @@ def summary(experiment: Experiment) -> dict[str, Any]:
             "expected_steps": _number(greedy.expected_steps),
             "violation_probability": greedy.violation,
         },
-        "training": _training_summary(result),
+        "training": _training_summary(result, task.interval),
         "baseline": _baseline_summary(experiment),
         "per_seed": [
             {
@@ -84,10 +84,10 @@ def summary(experiment: Experiment) -> dict[str, Any]:
             for learned, policy in zip(experiment.results, experiment.greedy, strict=True)
         ],
     }
-    return document | {"comparison": comparison(document)}
+    return said | {"comparison": comparison(said, task.reported)}
 
 
-def _training_summary(result: QResult) -> dict[str, Any]:
+def _training_summary(result: QResult, interval: int) -> dict[str, Any]:
     steps = int(result.lengths.sum())
     return {
         "episodes": len(result.returns),
@@ -96,9 +96,9 @@ def _training_summary(result: QResult) -> dict[str, Any]:
         "steps_per_second": steps / result.seconds if result.seconds else None,
         "violations": int(result.violations.sum()),
         "final_epsilon": result.epsilon,
-        "interval": INTERVAL,
-        "score": interval_means(result.returns).tolist(),
-        "completion": interval_means(result.completed).tolist(),
+        "interval": interval,
+        "score": interval_means(result.returns, interval).tolist(),
+        "completion": interval_means(result.completed, interval).tolist(),
     }
 
 
@@ -106,7 +106,7 @@ def _baseline_summary(experiment: Experiment) -> dict[str, Any] | None:
     result, greedy, judged = experiment.baseline, experiment.baseline_greedy, experiment.baseline_judged
     if result is None or greedy is None or judged is None:
         return None
-    return _training_summary(result) | {
+    return _training_summary(result, experiment.task.interval) | {
         "violations_per_episode": float(result.violations.mean()),
         "episodes_with_violation": int((result.violations > 0).sum()),
         "greedy": {
@@ -119,44 +119,32 @@ def _baseline_summary(experiment: Experiment) -> dict[str, Any] | None:
 
 
 def _check_summary(experiment: Experiment) -> dict[str, Any]:
-    checked, start = experiment.checked, experiment.model.initial > 0
-    kept = checked.joint is None and bool(experiment.enabled[start].any(axis=1).all())
-    rules = zip(
-        experiment.task.rules, checked.products, checked.witnesses, checked.without_plant, strict=True
-    )
-    return {
-        "verdict": "enforceable" if kept else "not enforceable",
-        "plant": {"states": checked.plant.n_states, "transitions": checked.plant.n_transitions},
-        "rules": [_rule_summary(*about) for about in rules],
-    }
+    """Return what `supremal check` says, and for each rule what it is and what holds without the plant."""
+    said = document(experiment.findings)
+    for entry, rule in zip(said["rules"], experiment.task.rules, strict=True):
+        entry |= {
+            "sentence": rule.sentence,
+            "form": rule.form,
+            "text": rule.text,
+            "class": classify(rule.automaton),
+            "transitions": rule.automaton.n_transitions,
+            "without_plant": _without_plant(rule.automaton, needed=entry["controllable"] is True),
+        }
+    return said
 
 
-def _rule_summary(
-    rule: Rule, product: Exploration, witness: Violation | None, anything: Violation | None
-) -> dict[str, Any]:
-    automaton = rule.automaton
-    without = (
-        "The plant is not needed: nothing uncontrollable can break this rule."
-        if anything is None
-        else f"Without a plant, {anything}. The environment rules that out, which is why the plant matters."
-        if witness is None
-        else f"Without a plant, {anything}."
-    )
-    return {
-        "name": automaton.name,
-        "title": rule.sentence,
-        "states": automaton.n_states,
-        "transitions": automaton.n_transitions,
-        "product": {"states": len(product.bad), "transitions": len(product.event)},
-        "controllable": witness is None,
-        "witness": None if witness is None else asdict(witness),
-        "without_plant": {
-            "controllable": anything is None,
-            "witness": None if anything is None else asdict(anything),
-            "text": without,
-        },
-    }
+def _without_plant(rule: Automaton, *, needed: bool) -> dict[str, Any]:
+    """Say whether ``rule`` could be kept where anything can happen at any time."""
+    found = find_uncontrollable(universal(rule.alphabet), rule)
+    if found is None:
+        text = "The plant is not needed: nothing uncontrollable can break this rule."
+    elif needed:
+        text = f"Without a plant, {found}. The environment rules that out, which is why the plant matters."
+    else:
+        text = f"Without a plant, {found}."
+    witness = None if found is None else asdict(found)
+    return {"controllable": found is None, "witness": witness, "text": text}
 
 
-def _number(value: float) -> float | None:
-    return float(value) if np.isfinite(value) else None
+def _number(value: float | None) -> float | None:
+    return float(value) if value is not None and np.isfinite(value) else None

@@ -1,4 +1,4 @@
-"""What ``supremal check`` and ``supremal synthesize`` find out about a model, and the document that says it.
+"""Whether rules can be kept, what that gives up, and why; and the document that says it.
 
 The product is explored once, and everything is read off it.  Three questions need products of their own: each
 rule alone, what is given up (the product with nothing left out), and who is to blame.  Where such a product
@@ -7,19 +7,18 @@ would be much larger than the one that synthesis needs, the question is left ope
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import asdict, dataclass, replace
-from pathlib import Path
 from time import perf_counter
 from typing import Any, Final, Literal, TypeVar
 
 from supremal._arrays import Ints
 from supremal.automata.automaton import Automaton
-from supremal.errors import AutomatonError, SupremalError
-from supremal.formats import Model, read_model, write_model
-from supremal.formats.files import find_ending
-from supremal.synthesis.causes import Causes, Product, find_causes, named, supervisor_of, whole_product_of
+from supremal.automata.build import universal
+from supremal.decisions.plant import observed_plant
+from supremal.errors import AutomatonError
+from supremal.synthesis.causes import Causes, Product, find_causes, supervisor_of, whole_product_of
 from supremal.synthesis.explain import explain_empty
 from supremal.synthesis.given_up import GivenUp, Guilty, find_guilty, given_up_in
 from supremal.synthesis.reasons import Reason
@@ -34,6 +33,7 @@ from supremal.synthesis.witnesses import (
     explain_blocking,
     explain_violation,
 )
+from supremal.task.task import Options, Task
 
 SHOWN: Final = 10
 """How many words that are given up, and disabled events, are shown if nothing else is said."""
@@ -43,23 +43,6 @@ _WHOLE_STATES: Final = 1_000_000
 
 Verdict = Literal["enforceable", "enforceable_in_part", "not_enforceable"]
 T = TypeVar("T")
-
-
-class InputError(SupremalError):
-    """A model file that cannot be read."""
-
-
-class OutputError(SupremalError):
-    """A model file that is there already, or cannot be written."""
-
-
-@dataclass(frozen=True, slots=True)
-class Options:
-    """How a model is to be read: prefix-closed or not, whether one has to act, and the bound on states."""
-
-    closed: bool = False
-    must_act: bool = False
-    max_states: int | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,27 +92,13 @@ class Findings:
         return "not_enforceable" if self.supervisor.is_empty else "enforceable_in_part"
 
 
-def read(models: Sequence[Path]) -> tuple[tuple[Automaton, ...], tuple[Automaton, ...]]:
-    """Return the plants and the rules of all ``models`` together.
-
-    Raises
-    ------
-    InputError
-        If a file cannot be opened.
-    FormatError, ModelError
-        If one is not laid out as its format wants.
-    """
-    plants: list[Automaton] = []
-    rules: list[Automaton] = []
-    for path in models:
-        try:
-            model = read_model(path)
-        except OSError as error:
-            message = f"cannot read {path}: {error.strerror}; give the path of a model file"
-            raise InputError(message) from None
-        plants += model.plants
-        rules += model.specs
-    return named(plants, "plant"), named(rules, "rule")
+def plants_of(task: Task) -> tuple[Automaton, ...]:
+    """Return what can happen in a task: its plants, its environment as one that sees states, or anything."""
+    if task.plants:
+        return task.plants
+    if task.environment is not None:
+        return (observed_plant(task.environment, name="environment"),)
+    return (replace(universal(task.alphabet), name="anything"),)
 
 
 def study(
@@ -137,7 +106,7 @@ def study(
 ) -> Findings:
     """Find out everything; what is ``lost``, and whose fault it is, only if asked."""
     begin = perf_counter()
-    closed, must_act, limit = options.closed, options.must_act, options.max_states
+    closed, must_act, limit = not options.nonblocking, options.must_act, options.max_states
     causes = find_causes(plants, rules, nonblocking=not closed, must_act=must_act, max_states=limit)
     supervisor, state = supervisor_of(causes)
     breach = breach_in(causes.product)
@@ -210,35 +179,7 @@ def _lost(
 
 
 def _guilty(plants: tuple[Automaton, ...], rules: tuple[Automaton, ...], options: Options) -> Guilty | None:
-    nonblocking, must_act, limit = not options.closed, options.must_act, options.max_states
-    return _within(
-        lambda: find_guilty(plants, rules, nonblocking=nonblocking, must_act=must_act, max_states=limit)
-    )
-
-
-# --- the supervisor as a file -----------------------------------------------------------------------------
-
-
-def check_place(path: Path, *, force: bool) -> None:
-    """Raise if nothing can be written to ``path``, before any work is done."""
-    find_ending(str(path))
-    if path.exists() and not force:
-        message = f"{path} exists already; choose another file with --out, or replace it with --force"
-        raise OutputError(message)
-
-
-def write(findings: Findings, path: Path) -> None:
-    """Write the supervisor as a model of one automaton, its states named by those of the parts."""
-    parts, automaton = (*findings.plants, *findings.rules), findings.supervisor.automaton
-    states = tuple(
-        ", ".join(part.state_name(q) for part, q in zip(parts, row, strict=True))
-        for row in automaton.origin.tolist()
-    )
-    try:
-        write_model(path, Model((replace(automaton, state_names=states, name="supervisor"),), ()))
-    except OSError as error:
-        message = f"cannot write {path}: {error.strerror}; choose another file with --out"
-        raise OutputError(message) from None
+    return _within(lambda: find_guilty(plants, rules, **asdict(options)))
 
 
 # --- the document -----------------------------------------------------------------------------------------
@@ -249,7 +190,7 @@ def document(findings: Findings) -> dict[str, Any]:
     automaton, guilty = findings.supervisor.automaton, findings.guilty
     return {
         "verdict": findings.verdict,
-        "closed": findings.options.closed,
+        "closed": not findings.options.nonblocking,
         "must_act": findings.options.must_act,
         "supervisor": {"states": automaton.n_states, "transitions": automaton.n_transitions},
         "seconds": findings.seconds,

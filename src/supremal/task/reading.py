@@ -1,0 +1,160 @@
+"""Reading a task file: TOML in, a `Task` out.
+
+The tables are read in the order in which they speak of each other: events, plants, the environment, rules,
+the reward machine.  What is wrong in one of them is told together with what is wrong in others, unless it
+could follow from it.  ``docs/task-file.md`` has every key.
+
+A task file is data: nothing in it is run, the files that it names are data too, and an environment is one of
+those that Gymnasium knows already.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Container
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, Final
+
+from supremal.automata.alphabet import Alphabet, union
+from supremal.automata.automaton import Automaton
+from supremal.errors import FormatError
+from supremal.formats.toml import read_toml
+from supremal.learning.settings import Settings
+from supremal.rules.rule import Rule
+from supremal.task._automata import read_events, read_plants
+from supremal.task._environment import read_environment
+from supremal.task._fields import Field, anything, check_keys, name, tables, take, text
+from supremal.task._machine import read_machine
+from supremal.task._rules import read_rules, rename
+from supremal.task._settings import read_options, read_reported, read_run, read_settings
+from supremal.task._slips import Slips, placed
+from supremal.task.task import Options, Task
+
+_KEYS: Final = (
+    "name", "title", "source", "events", "plant", "environment", "rule", "reward_machine", "learner", "run",
+    "check", "reported",
+)  # fmt: skip
+
+
+def read_task(source: str | Path) -> Task:
+    """Return the task that a file describes.
+
+    Parameters
+    ----------
+    source
+        The path of a TOML file.  Paths in it start from its own folder.
+
+    Raises
+    ------
+    FormatError
+        If it cannot be read, is no TOML, or says something that makes no task.  Gives line and column; the
+        message names the key, and has a line for each of up to ten slips.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = Path(folder, "walk.toml")
+    ...     _ = path.write_text('''
+    ...         [events]
+    ...         controllable = ["l", "r"]
+    ...         [[rule]]
+    ...         pattern = "never_sequence"
+    ...         sequence = ["l", "l"]
+    ...     ''')
+    ...     task = read_task(path)
+    >>> task.name, task.model, task.rules[0].automaton
+    ('walk', 'anything', <Automaton 'rule 1': 2 states, 3 transitions, 2 events>)
+    """
+    path = Path(source)
+    try:
+        document = read_toml(path)
+    except OSError as error:
+        message = f"cannot read it: {error.strerror}; give the path of a task file"
+        raise FormatError(message, path=str(source)) from None
+    root, folder, slips = Field(document, (), document.data), path.parent, Slips()
+    said = _settled(root, slips, path)
+    with slips.noting():
+        said |= _model(root, folder, said["options"].max_states)
+        said["rules"] = _rules(root, slips, said["alphabet"], folder)
+    if "reward_machine" in root and not slips.found:
+        with slips.noting():
+            said |= _machine(root["reward_machine"], said, folder)
+    slips.check()
+    return Task(path=str(source), **said)
+
+
+def _settled(root: Field, slips: Slips, path: Path) -> dict[str, Any]:
+    """Read the fields of a task that depend on no others."""
+    acts = "environment" in root
+    said: dict[str, Any] = {"name": path.stem, "settings": Settings(), "options": Options(must_act=acts)}
+    check_keys(root, _KEYS)
+    for key, read in (
+        ("name", lambda field: {"name": name(field)}),
+        ("title", lambda field: {"title": text(field)}),
+        ("source", lambda field: {"source": text(field)}),
+        ("learner", lambda field: {"settings": read_settings(field)}),
+        ("check", lambda field: {"options": read_options(field, must_act=acts)}),
+        ("run", lambda field: read_run(field, path.parent)),
+        ("reported", lambda field: {"reported": tuple(map(read_reported, tables(field)))}),
+    ):
+        with slips.noting():
+            said |= take(root, key, read, {})
+    return said
+
+
+def _model(root: Field, folder: Path, max_states: int | None) -> dict[str, Any]:
+    """Read what can happen: the alphabet, the plants, the environment."""
+    known = take(root, "events", read_events, None)
+    sigma, plants = known or Alphabet(()), dict[str, Automaton]()
+    for field in take(root, "plant", tables, []):
+        found = read_plants(field, known, folder)
+        with placed(field):
+            sigma = union(sigma, *(plant.alphabet for plant in found))
+        for plant in found:
+            called = plant.name or f"plant {len(plants) + 1}"
+            _check_new(field, called, plants)
+            plants[called] = replace(plant, name=called)
+    model: dict[str, Any] = {"alphabet": sigma, "plants": tuple(plants.values())}
+    if "environment" in root:
+        environment = read_environment(
+            root["environment"],
+            model["plants"],
+            known,
+            rewards="reward_machine" not in root,
+            max_states=max_states,
+        )
+        model |= {"environment": environment, "alphabet": known or environment.alphabet}
+    elif not sigma:
+        root.fail("there are no events; give [events], a [[plant]] or an [environment]")
+    return model
+
+
+def _rules(root: Field, slips: Slips, alphabet: Alphabet, folder: Path) -> tuple[Rule, ...]:
+    rules: dict[str, Rule] = {}
+    for field in take(root, "rule", tables, []):
+        with slips.noting():
+            for rule in read_rules(field, alphabet, folder):
+                called = rule.name or f"rule {len(rules) + 1}"
+                _check_new(field, called, rules)
+                rules[called] = rename(rule, called)
+    return tuple(rules.values())
+
+
+def _check_new(field: Field, called: str, others: Container[str]) -> None:
+    """Check that nothing else has this name."""
+    if called in others:
+        kind = field.path[0]
+        message = f"another {kind} is called {called!r}; give each a name of its own"
+        take(field, "name", anything, field).fail(message)
+
+
+def _machine(field: Field, said: dict[str, Any], folder: Path) -> dict[str, Any]:
+    """Read what is worth how much; the environment may have to say more for it."""
+    if "environment" not in said:
+        field.fail("there is nothing that earns its rewards; give an [environment]", key=True)
+    machine, environment = read_machine(
+        field, said["environment"], said["rules"], folder, said["settings"].gamma
+    )
+    return {"reward_machine": machine, "environment": environment}
