@@ -20,6 +20,8 @@ FILES = [
     "config.json",
     "curves.csv",
     "learned.npz",
+    "regret.png",
+    "regret.svg",
     "report.html",
     "result.json",
     "score.png",
@@ -126,7 +128,7 @@ def test_ctrl_c_leaves_a_usable_partial_run(tmp_path: Path) -> None:
         rest = process.stdout.read()
         assert process.wait() == 130, rest
     assert "Stopped before the end" in rest
-    assert sorted(path.name for path in out.iterdir()) == FILES
+    assert sorted(path.name for path in out.iterdir()) == sorted([*FILES, "checkpoints"])
     result = json.loads((out / "result.json").read_text())
     assert result["partial"]
     assert result["baseline"] is None

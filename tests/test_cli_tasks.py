@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import signal
+import subprocess
 import sys
 from pathlib import Path
 from typing import Any
@@ -197,3 +199,96 @@ def test_what_supremal_init_writes_is_a_task(tmp_path: Path) -> None:
     again = ask("init", path)
     assert again.exit_code == 2
     assert "exists already" in again.stderr
+
+
+# --- runs that end before their time ------------------------------------------------------------------------
+
+
+def without_times(path: Path) -> dict[str, Any]:
+    found: dict[str, Any] = json.loads((path / "result.json").read_text(encoding="utf-8"))
+    del found["check"]["seconds"]
+    for learner in ("training", "baseline"):
+        del found[learner]["seconds"], found[learner]["steps_per_second"]
+    return found
+
+
+def start(out: Path, *more: str) -> subprocess.Popen[str]:
+    command = [sys.executable, "-m", "supremal", "run", str(EXAMPLES / "taxi.toml"), "--episodes", "700000"]
+    command += ["--checkpoint", "0.05", *more, *(() if "--resume" in more else ("--out", str(out)))]
+    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+
+
+def killed_at(process: subprocess.Popen[str], line: str, how: signal.Signals) -> str:
+    """Send a signal once the process has printed ``line``, and return all that it prints after."""
+    assert process.stdout is not None
+    for said in process.stdout:
+        if said.startswith(line):
+            process.send_signal(how)
+            break
+    rest = process.stdout.read()
+    process.wait()
+    return rest
+
+
+def test_a_run_that_is_killed_goes_on_as_if_it_had_not_been(tmp_path: Path) -> None:
+    whole, cut = tmp_path / "whole", tmp_path / "cut"
+    with start(whole) as process:
+        assert process.wait() == 0
+    with start(cut) as process:
+        killed_at(process, "  supervised 1: 140,000", signal.SIGKILL)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["cut.partial", "whole"]
+    refused = ask("run", EXAMPLES / "taxi.toml", "--out", cut)
+    assert refused.exit_code == 2
+    assert "go on with it by --resume" in refused.stderr
+    with start(cut, "--resume", str(cut)) as process:
+        killed_at(process, "  baseline 1: 140,000", signal.SIGKILL)
+    with start(cut, "--resume", f"{cut}.partial") as process:
+        assert process.wait() == 0
+    assert without_times(cut) == without_times(whole)
+    for name in ("curves.csv", "task.toml"):
+        assert (cut / name).read_bytes() == (whole / name).read_bytes()
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["cut", "whole"]
+    assert not (cut / "checkpoints").exists()
+    again = ask("run", EXAMPLES / "taxi.toml", "--resume", cut)
+    assert again.exit_code == 2
+    assert "is no run that was stopped" in again.stderr
+
+
+def test_a_run_that_was_stopped_by_ctrl_c_goes_on(tmp_path: Path) -> None:
+    out = tmp_path / "run"
+    with start(out) as process:
+        rest = killed_at(process, "  supervised 1: 140,000", signal.SIGINT)
+        assert process.returncode == 130, rest
+    assert json.loads((out / "result.json").read_text(encoding="utf-8"))["partial"]
+    with start(out, "--resume", str(out)) as process:
+        assert process.wait() == 0
+    assert not json.loads((out / "result.json").read_text(encoding="utf-8"))["partial"]
+
+
+def test_another_task_cannot_go_on_with_a_run(tmp_path: Path) -> None:
+    out = tmp_path / "run"
+    with start(out) as process:
+        killed_at(process, "  supervised 1: 140,000", signal.SIGKILL)
+    result = ask("run", EXAMPLES / "frozen_lake.toml", "--resume", out)
+    assert result.exit_code == 2
+    assert "another model" in result.stderr
+    assert (tmp_path / "run.partial" / "checkpoints").exists()
+
+
+def test_several_seeds_are_told_together(tmp_path: Path) -> None:
+    found = told(
+        "run", EXAMPLES / "taxi.toml", *FEW, "--seeds", "5", "--out", tmp_path / "run", "--log", "csv"
+    )
+    over = found["over_seeds"]
+    for curve in ("score", "completion", "regret"):
+        assert len(over[curve]["mean"]) == len(found["training"][curve])
+        for low, mean, high in zip(over[curve]["low"], over[curve]["mean"], over[curve]["high"], strict=True):
+            assert low <= mean <= high
+    assert over["gap"]["low"] <= over["gap"]["mean"] <= over["gap"]["high"]
+    assert "interquartile mean of 5 seeds" in (tmp_path / "run" / "score.svg").read_text(encoding="utf-8")
+    logs = tmp_path / "run" / "logs"
+    assert sorted(path.name for path in logs.iterdir()) == [
+        "baseline-0",
+        *(f"supervised-{k}" for k in range(5)),
+    ]
+    assert "rollout/ep_rew_mean" in (logs / "supervised-0" / "progress.csv").read_text(encoding="utf-8")

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from importlib.resources import as_file, files
-from pathlib import Path
-from typing import Final, Literal
+from typing import Any, Final
 
 import click
 
-from supremal.cli.run import perform, run_options
+from supremal.cli.run import Wishes, perform, run_options
 
 _TASKS: Final = {"default": "pickup_delivery.toml", "published": "pickup_delivery_published.toml"}
 
@@ -18,19 +17,7 @@ _TASKS: Final = {"default": "pickup_delivery.toml", "published": "pickup_deliver
               help="The paper's text, or the program that drew its curves.")  # fmt: skip
 @run_options
 @click.pass_context
-def demo(
-    ctx: click.Context,
-    preset: Literal["default", "published"],
-    episodes: int | None,
-    seed: int | None,
-    seeds: int | None,
-    out: Path | None,
-    as_json: bool,
-) -> None:
+def demo(ctx: click.Context, /, preset: str, **wishes: Any) -> None:  # noqa: ANN401 - the options of a run
     """Run the paper's experiment: `supremal run` on one of the task files that come with supremal."""
     with as_file(files("supremal").joinpath("examples")) as folder:
-        ctx.exit(
-            perform(
-                folder / _TASKS[preset], episodes=episodes, seed=seed, seeds=seeds, out=out, as_json=as_json
-            )
-        )
+        ctx.exit(perform(folder / _TASKS[preset], Wishes(**wishes)))

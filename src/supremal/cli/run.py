@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from dataclasses import replace
-from datetime import datetime
+from dataclasses import dataclass, replace
+from datetime import datetime, timedelta
 from pathlib import Path
-from typing import Any, Final, TypeVar
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import click
+
+if TYPE_CHECKING:
+    from supremal.task.task import Task
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
@@ -19,46 +22,54 @@ STOPPED: Final = 130
 
 def run_options(command: Command) -> Command:
     """Add what `run` and `demo` ask alike; what is left out is as the task file says."""
+    folder, count = click.Path(path_type=Path), click.IntRange(min=1)
+    every = click.FloatRange(min=0, min_open=True)
+    logs = click.Choice(("csv", "tensorboard"))
     for option in (
         click.option(
             "--json", "as_json", is_flag=True, help="Print what result.json holds, and nothing else."
         ),
+        click.option("--log", "logs", type=logs, multiple=True, help="Write the curves for other tools too."),
+        click.option("--resume", type=folder, help="Go on with the run in this folder: stopped or killed."),
         click.option(
-            "--out", type=click.Path(path_type=Path), help="The folder to write  [default: runs/<id>]"
+            "--checkpoint", type=every, default=30, show_default=True, help="Seconds between two checkpoints."
         ),
-        click.option(
-            "--seeds", type=click.IntRange(min=1), help="How many seeds, counted up from the first."
-        ),
+        click.option("--out", type=folder, help="The folder to write  [default: runs/<id>]"),
+        click.option("--seeds", type=count, help="How many seeds, counted up from the first."),
         click.option("--seed", type=click.IntRange(min=0), help="The first seed."),
-        click.option("--episodes", type=click.IntRange(min=1), help="Episodes of each learner."),
+        click.option("--episodes", type=count, help="Episodes of each learner."),
     ):
         command = option(command)
     return command
+
+
+@dataclass(frozen=True, slots=True)
+class Wishes:
+    """What the command line asks of a run."""
+
+    episodes: int | None
+    seed: int | None
+    seeds: int | None
+    out: Path | None
+    as_json: bool
+    checkpoint: float
+    resume: Path | None
+    logs: tuple[str, ...]
 
 
 @click.command("run")
 @click.argument("task", type=click.Path(path_type=Path))
 @run_options
 @click.pass_context
-def run_command(
-    ctx: click.Context,
-    task: Path,
-    episodes: int | None,
-    seed: int | None,
-    seeds: int | None,
-    out: Path | None,
-    as_json: bool,
-) -> None:
+def run_command(ctx: click.Context, /, task: Path, **wishes: Any) -> None:  # noqa: ANN401 - the options
     """Check the rules of a task file, train under their supervisor, evaluate exactly, and write a report.
 
     Exit code 0: done, no rule was broken; 1: the rules cannot be kept, so nothing is trained; 2: bad input.
     """
-    ctx.exit(perform(task, episodes=episodes, seed=seed, seeds=seeds, out=out, as_json=as_json))
+    ctx.exit(perform(task, Wishes(**wishes)))
 
 
-def perform(
-    path: Path, *, episodes: int | None, seed: int | None, seeds: int | None, out: Path | None, as_json: bool
-) -> int:
+def perform(path: Path, wishes: Wishes) -> int:
     """Run the task in a file, tell what came out, and return the exit code."""
     from rich.console import Console
 
@@ -68,20 +79,15 @@ def perform(
     from supremal.show.figures import check_figures
     from supremal.task.experiment import check, run
     from supremal.task.findings import document
-    from supremal.task.folder import new_folder
-    from supremal.task.publish import publish
-    from supremal.task.reading import read_task
+    from supremal.task.folder import run_folder
+    from supremal.task.keeper import Keeper
+    from supremal.task.publish import publish, write_logs
     from supremal.task.summary import summary
 
     check_figures()
-    console = Console(quiet=as_json)
-    task = read_task(path)
-    settings = replace(task.settings, episodes=episodes or task.settings.episodes)
-    first = task.seed if seed is None else seed
-    task = replace(task, settings=settings, seed=first, seeds=seeds or task.seeds)
-    stamp = f"{datetime.now().astimezone():%Y%m%d-%H%M%S}"
-    folder = out or task.out or Path("runs") / f"{task.name}-{task.seed}-{stamp}"
-    with Reporter(console, settings.episodes, quiet=as_json) as reporter:
+    as_json, console = wishes.as_json, Console(quiet=wishes.as_json)
+    task, folder = _asked(path, wishes)
+    with Reporter(console, task.settings.episodes, quiet=as_json) as reporter:
         reporter.stage("checking the rules")
         findings = check(task)
         if findings.verdict == "not_enforceable":
@@ -90,13 +96,34 @@ def perform(
             else:
                 tell(findings)
             return NO
-        with new_folder(folder) as work:
-            experiment = run(task, findings, on_stage=reporter.stage, on_episodes=reporter.progress)
+        with run_folder(folder, resume=wishes.resume is not None) as work:
+            keeper = Keeper(work, timedelta(seconds=wishes.checkpoint))
+            experiment = run(
+                task, findings, keeper=keeper, on_stage=reporter.stage, on_episodes=reporter.progress
+            )
             reporter.stage("writing the report")
             result = summary(experiment)
             publish(work, experiment, result)
+            write_logs(work, experiment, wishes.logs)
+            if not experiment.partial:
+                keeper.clear()
     if as_json:
         click.echo(json.dumps(result, indent=2, allow_nan=False, ensure_ascii=False))
     else:
         describe(console, result, folder)
     return STOPPED if experiment.partial else 0
+
+
+def _asked(path: Path, wishes: Wishes) -> tuple[Task, Path]:
+    """Return the task as the command line changes it, and the folder of the run."""
+    from supremal.task.folder import final_place
+    from supremal.task.reading import read_task
+
+    task = read_task(path)
+    settings = replace(task.settings, episodes=wishes.episodes or task.settings.episodes)
+    first = task.seed if wishes.seed is None else wishes.seed
+    task = replace(task, settings=settings, seed=first, seeds=wishes.seeds or task.seeds)
+    if wishes.resume is not None:
+        return task, final_place(wishes.resume)
+    stamp = f"{datetime.now().astimezone():%Y%m%d-%H%M%S}"
+    return task, wishes.out or task.out or Path("runs") / f"{task.name}-{task.seed}-{stamp}"

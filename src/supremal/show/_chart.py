@@ -45,6 +45,7 @@ fill-opacity:.74;font-variant-numeric:tabular-nums}
 .sm-chart .curve.main{stroke:var(--c-main);stroke-width:2.4}
 .sm-chart .curve.second{stroke:var(--c-second);stroke-width:2;stroke-dasharray:.1 4}
 .sm-chart .pale{opacity:.4}.sm-chart .curve.main.pale{stroke-width:1.4}
+.sm-chart .band{opacity:.2;fill:var(--c-second)}.sm-chart .band.main{fill:var(--c-main)}
 .sm-chart .dot.main{fill:var(--c-main)}.sm-chart .dot.second{fill:var(--c-second)}
 .sm-chart .spot{fill:currentColor;fill-opacity:0}.sm-chart .spot:hover{fill-opacity:.3}
 .sm-chart .reference{fill:var(--c-paper);stroke:currentColor;stroke-width:1.5}
@@ -65,21 +66,27 @@ class Series:
         The points, as many of each.  A y that is None is a gap.
     style
         "main", "second" (muted: the baseline) or "reference" (single points, such as published ones).
+    band
+        The ends of an interval around each point, shaded; None: there is none.
 
     Raises
     ------
     ModelError
-        If x and y differ in length or the style is unknown.
+        If x, y and band differ in length or the style is unknown.
     """
 
     label: str
     x: Sequence[float]
     y: Sequence[float | None]
     style: Literal["main", "second", "reference"] = "main"
+    band: Sequence[tuple[float, float]] | None = None
 
     def __post_init__(self) -> None:
         if len(self.x) != len(self.y):
             message = f"series {self.label!r} has {len(self.x)} x and {len(self.y)} y; as many are needed"
+            raise ModelError(message)
+        if self.band is not None and len(self.band) != len(self.x):
+            message = f"series {self.label!r} has {len(self.x)} x, {len(self.band)} ends; as many are needed"
             raise ModelError(message)
         if self.style not in ("main", "second", "reference"):
             message = f"series {self.label!r} has style {self.style!r}; main, second or reference is needed"
@@ -119,7 +126,8 @@ class Panel:
 def panel_of(series: Sequence[Series], ylim: tuple[float, float] | None) -> Panel:
     """Return the axes that hold all of ``series``."""
     points = [point for one in series for point in one.points()]
-    return Panel(limits([x for x, _ in points]), limits([y for _, y in points], ylim))
+    bounds = [y for one in series for ends in one.band or () for y in ends]
+    return Panel(limits([x for x, _ in points]), limits([*(y for _, y in points), *bounds], ylim))
 
 
 def beside(panel: Panel, x: float, y: float, series: Sequence[Series]) -> tuple[float, float, str]:
@@ -248,7 +256,7 @@ def _diamond(x: float, y: float) -> str:
 
 
 def _curve(one: Series, panel: Panel, ylabel: str) -> str:
-    parts = []
+    parts = [_band(one, panel)]
     stretches = one.stretches()
     css = one.style if one.label else f"{one.style} pale"
     for part in stretches:
@@ -267,6 +275,16 @@ def _curve(one: Series, panel: Panel, ylabel: str) -> str:
     left, top, wide, high = frame.split()
     place = f'x="{left}" y="{top}" width="{wide}" height="{high}" viewBox="{frame}"'
     return f"<svg {place}>{''.join(parts)}</svg>"  # cuts off what lies beyond the axes
+
+
+def _band(one: Series, panel: Panel) -> str:
+    """Return the interval around a curve, shaded."""
+    if not one.band:
+        return ""
+    low = [(panel.across(x), panel.up(ends[0])) for x, ends in zip(one.x, one.band, strict=True)]
+    high = [(panel.across(x), panel.up(ends[1])) for x, ends in zip(one.x, one.band, strict=True)]
+    places = " ".join(f"{x:.1f},{y:.1f}" for x, y in [*low, *reversed(high)])
+    return f'<polygon class="band {one.style}" points="{places}"/>'
 
 
 def _points(one: Series, panel: Panel, ylabel: str, series: Sequence[Series]) -> str:

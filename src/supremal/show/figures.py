@@ -126,6 +126,9 @@ def _columns(labels: Sequence[str]) -> tuple[int, int]:
 
 def _plot(axes: Axes, one: Series) -> None:
     label = one.label or None
+    if one.band:
+        low, high = zip(*one.band, strict=True)
+        axes.fill_between(one.x, low, high, color=_STYLES[one.style]["color"], alpha=0.2, linewidth=0)
     for part in one.stretches():
         xs, ys = zip(*part, strict=True)
         style = dict(_STYLES[one.style]) | ({} if one.label else {"alpha": 0.4, "linewidth": 1.2})

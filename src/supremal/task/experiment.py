@@ -6,8 +6,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
+from typing import Final
 
 import numpy as np
 
@@ -15,6 +17,7 @@ from supremal._arrays import NONE, Bools, Ints
 from supremal.automata.automaton import Automaton
 from supremal.automata.reduce import mark_all
 from supremal.decisions.evaluation import Evaluation, evaluate
+from supremal.decisions.horizon import finite_horizon
 from supremal.decisions.mdp import TabularMDP, restrict
 from supremal.decisions.planning import Plan, value_iteration
 from supremal.decisions.plant_process import undisturbed
@@ -23,7 +26,11 @@ from supremal.decisions.safety import safe_actions
 from supremal.errors import MDPError
 from supremal.learning.q_learning import QResult, q_learning_seeds
 from supremal.task.findings import Findings, plants_of, study
+from supremal.task.keeper import Keeper
 from supremal.task.task import Task
+
+_MAX_HORIZON: Final = 50_000_000
+"""The most values, states times steps, that the best return of a limited episode is computed with."""
 
 OnStage = Callable[[str], object]
 OnEpisodes = Callable[[str, int, int], object]
@@ -43,6 +50,8 @@ class Experiment:
         The product of environment, rules and reward machine, and the supervisor's mask over it.
     plan, optimum
         The optimal values, and the exact evaluation of the optimal policy.
+    best_return
+        What an episode of limited steps can earn in the mean, undiscounted; None where that is too much.
     steps_undisturbed
         The steps that an optimal policy takes where nothing uncontrollable happens; None where nothing can.
     results, greedy
@@ -58,6 +67,7 @@ class Experiment:
     enabled: Bools
     plan: Plan
     optimum: Evaluation
+    best_return: float | None
     steps_undisturbed: float | None
     results: list[QResult]
     greedy: list[Evaluation]
@@ -107,13 +117,15 @@ def run(
     task: Task,
     findings: Findings,
     *,
+    keeper: Keeper | None = None,
     on_stage: OnStage = lambda _: None,
     on_episodes: OnEpisodes = lambda *_: None,
 ) -> Experiment:
     """Run the whole experiment, once for each of the task's seeds, after its `check`.
 
-    ``on_stage`` is told what begins, ``on_episodes`` the learner ("supervised" or "baseline"), the place of
-    the seed and the episodes it has run.  Ctrl-C while learning returns what there is.
+    The learners go on from what ``keeper`` has of them, and give it their states on the way.  ``on_stage`` is
+    told what begins, ``on_episodes`` the learner ("supervised" or "baseline"), the place of the seed and the
+    episodes it has run.  Ctrl-C while learning returns what there is.
 
     Raises
     ------
@@ -132,27 +144,13 @@ def run(
 
     on_stage("learning under the supervisor")
     rules, seeds = rules_of(task), range(task.seed, task.seed + task.seeds)
-    results = q_learning_seeds(
-        model,
-        seeds,
-        enabled=enabled,
-        rules=rules,
-        environment=environment,
-        settings=settings,
-        on_episodes=lambda place, done: on_episodes("supervised", place, done),
-    )
+    learn = partial(_learn, task, environment, rules, keeper=keeper, on_episodes=on_episodes)
+    results = learn("supervised", model, seeds, enabled=enabled)
     baseline = baseline_greedy = baseline_judged = None
     if rules and all(result.finished for result in results):
         on_stage("learning without the rules, for comparison")
         free = product(environment, (), task.reward_machine)
-        (baseline,) = q_learning_seeds(
-            free,
-            seeds[:1],
-            rules=rules,
-            environment=environment,
-            settings=settings,
-            on_episodes=lambda place, done: on_episodes("baseline", place, done),
-        )
+        (baseline,) = learn("baseline", free, seeds[:1])
         baseline_greedy = evaluate(free, baseline.policy, gamma=gamma, horizon=limit)
         baseline_judged = _with_rules(free, baseline.policy, rules, gamma)
     on_stage("evaluating the policies exactly")
@@ -163,6 +161,7 @@ def run(
         enabled=enabled,
         plan=plan,
         optimum=evaluate(model, plan.policy, gamma=gamma, horizon=limit),
+        best_return=_best_return(model, enabled, limit),
         steps_undisturbed=_steps_undisturbed(task, environment),
         results=results,
         greedy=[evaluate(model, result.policy, gamma=gamma, horizon=limit) for result in results],
@@ -170,6 +169,40 @@ def run(
         baseline_greedy=baseline_greedy,
         baseline_judged=baseline_judged,
     )
+
+
+def _learn(
+    task: Task,
+    environment: TabularMDP,
+    rules: list[Automaton],
+    learner: str,
+    model: TabularMDP,
+    seeds: Sequence[int],
+    *,
+    enabled: Bools | None = None,
+    keeper: Keeper | None,
+    on_episodes: OnEpisodes,
+) -> list[QResult]:
+    return q_learning_seeds(
+        model,
+        seeds,
+        enabled=enabled,
+        rules=rules,
+        environment=environment,
+        settings=task.settings,
+        resume=keeper.states(learner, seeds) if keeper else None,
+        on_episodes=lambda place, done: on_episodes(learner, place, done),
+        on_state=(lambda _, state: keeper.save(learner, state)) if keeper else None,
+        checkpoint_every=keeper.every if keeper else None,
+    )
+
+
+def _best_return(model: TabularMDP, enabled: Bools, steps: int) -> float | None:
+    """Return what an episode of at most so many steps can earn in the mean; None where that is too much."""
+    if model.n_states * steps > _MAX_HORIZON:
+        return None
+    value = finite_horizon(model, steps, enabled=enabled).value[-1]
+    return float(model.initial @ value)
 
 
 def _steps_undisturbed(task: Task, environment: TabularMDP) -> float | None:

@@ -1,21 +1,25 @@
-"""The folder of a run: written beside its place and moved there whole, so that nobody finds half of one."""
+"""The folder of a run: written beside its place and moved there whole, so that nobody finds half of one.
+
+Beside its place is ``NAME.partial``.  It holds what the learners keep on the way, so that a run that was
+killed can go on; where nothing was kept yet, it goes when the run fails.
+"""
 
 from __future__ import annotations
 
 import csv
 import json
-import secrets
 import shutil
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
 from supremal.errors import SupremalError
 from supremal.learning.q_learning import QResult
 from supremal.task.experiment import Experiment
+from supremal.task.keeper import CHECKPOINTS
 from supremal.task.summary import interval_means
 
 
@@ -23,21 +27,44 @@ class OutputError(SupremalError):
     """An output folder that exists already or cannot be written."""
 
 
+_PARTIAL: Final = ".partial"
+
+
+def final_place(path: Path) -> Path:
+    """Return the folder that a run ends in, given that or the one that it is written in.
+
+    Examples
+    --------
+    >>> final_place(Path("runs/taxi.partial")).name, final_place(Path("runs/taxi")).name
+    ('taxi', 'taxi')
+    """
+    return path.with_name(path.name.removesuffix(_PARTIAL))
+
+
 @contextmanager
-def new_folder(path: Path) -> Iterator[Path]:
-    """Give a folder to write to, which becomes ``path`` when all went well and is removed when not.
+def run_folder(path: Path, *, resume: bool = False) -> Iterator[Path]:
+    """Give a folder to write to, which becomes ``path`` when all went well.
+
+    When not, it is removed, unless there is something in it to go on from.
+
+    Parameters
+    ----------
+    path
+        The folder of the run.
+    resume
+        Whether to go on with one that was stopped, or killed.
 
     Raises
     ------
     OutputError
-        If ``path`` exists, or nothing can be written there.
+        If ``path`` exists, nothing can be written there, or there is nothing to go on with.
     """
-    if path.exists():
-        message = f"{path} exists already, and a run is never overwritten; choose another folder with --out"
-        raise OutputError(message)
-    work = path.with_name(f".{path.name}.{secrets.token_hex(4)}")
+    work = path.with_name(path.name + _PARTIAL)
     try:
-        work.mkdir(parents=True)
+        if resume:
+            _take_up(path, work)
+        else:
+            _begin(path, work)
     except OSError as error:
         message = f"cannot write to {path.parent}: {error.strerror}; choose another folder with --out"
         raise OutputError(message) from None
@@ -48,7 +75,27 @@ def new_folder(path: Path) -> Iterator[Path]:
         message = f"cannot write {path}: {error.strerror}"
         raise OutputError(message) from None
     finally:
-        shutil.rmtree(work, ignore_errors=True)
+        if not (work / CHECKPOINTS).exists():
+            shutil.rmtree(work, ignore_errors=True)
+
+
+def _begin(path: Path, work: Path) -> None:
+    if path.exists():
+        message = f"{path} exists already, and a run is never overwritten; choose another folder with --out"
+        raise OutputError(message)
+    if work.exists():
+        message = f"{work} is a run that was killed; go on with it by --resume {path}, or remove it"
+        raise OutputError(message)
+    work.mkdir(parents=True)
+
+
+def _take_up(path: Path, work: Path) -> None:
+    if work.exists():
+        return
+    if not (path / CHECKPOINTS).is_dir():
+        message = f"{path} is no run that was stopped: there are no {CHECKPOINTS} in it; leave --resume out"
+        raise OutputError(message)
+    path.rename(work)
 
 
 def write_json(path: Path, document: Mapping[str, Any]) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import asdict
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
@@ -13,11 +13,15 @@ from supremal.automata.automaton import Automaton
 from supremal.automata.build import universal
 from supremal.decisions.safety import reachable_states
 from supremal.learning.q_learning import QResult
+from supremal.learning.statistics import regret
 from supremal.rules.about import classify
 from supremal.synthesis.verify import find_uncontrollable
 from supremal.task.comparison import comparison
 from supremal.task.experiment import Experiment
 from supremal.task.findings import document
+from supremal.task.spread import CONFIDENCE, spread
+
+_SEVERAL: Final = 2
 
 
 def interval_means(values: np.ndarray, interval: int) -> Floats:
@@ -57,6 +61,7 @@ def summary(experiment: Experiment) -> dict[str, Any]:
             "bound": experiment.plan.bound,
             "expected_return": _number(optimum.expected_return),
             "expected_steps": _number(optimum.expected_steps),
+            "return_within_limit": experiment.best_return,
             "steps_undisturbed": _number(experiment.steps_undisturbed),
             "completion_within_limit": float(optimum.completion_within[-1]),
             "completion_ever": optimum.completion,
@@ -71,8 +76,10 @@ def summary(experiment: Experiment) -> dict[str, Any]:
             "expected_steps": _number(greedy.expected_steps),
             "violation_probability": greedy.violation,
         },
-        "training": _training_summary(result, task.interval),
+        "training": _training_summary(result, task.interval)
+        | {"regret": regrets(experiment, result).tolist()},
         "baseline": _baseline_summary(experiment),
+        "over_seeds": _over_seeds(experiment),
         "per_seed": [
             {
                 "seed": learned.seed,
@@ -99,6 +106,28 @@ def _training_summary(result: QResult, interval: int) -> dict[str, Any]:
         "interval": interval,
         "score": interval_means(result.returns, interval).tolist(),
         "completion": interval_means(result.completed, interval).tolist(),
+    }
+
+
+def regrets(experiment: Experiment, result: QResult) -> Floats:
+    """Return the regret of a learner at the end of each interval; nothing where the best is not known."""
+    best = experiment.best_return
+    return np.empty(0) if best is None else regret(result.returns, best, interval=experiment.task.interval)
+
+
+def _over_seeds(experiment: Experiment) -> dict[str, Any] | None:
+    """Return what several seeds say together, None for one."""
+    results, interval = experiment.results, experiment.task.interval
+    if len(results) < _SEVERAL:
+        return None
+    best = float(experiment.model.initial @ experiment.plan.value)
+    gaps = spread([np.array([best - policy.value]) for policy in experiment.greedy])
+    return {
+        "confidence": CONFIDENCE,
+        "score": spread([interval_means(result.returns, interval) for result in results]),
+        "completion": spread([interval_means(result.completed, interval) for result in results]),
+        "regret": spread([regrets(experiment, result) for result in results]),
+        "gap": {"mean": gaps["mean"][0], "low": gaps["low"][0], "high": gaps["high"][0]},
     }
 
 
