@@ -96,6 +96,7 @@ class Lattice:
 
     def any_of(self, parts: Iterable[Owed]) -> Owed:
         """Return what is owed where one of ``parts`` is."""
+        self._budget.spend(_STEPS_A_CALL)
         return frozenset(self._greatest(clause for part in parts for clause in part))
 
     def _greatest(self, clauses: Iterable[Clause]) -> set[Clause]:
