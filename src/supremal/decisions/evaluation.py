@@ -129,7 +129,7 @@ def evaluate(mdp: TabularMDP, policy: Ints | Floats, *, gamma: float, horizon: i
     (2.0, [0.0, 0.5, 0.75])
     """
     check_gamma(gamma)
-    run = _induce(mdp, _weights(mdp, policy))
+    run = _induce(mdp, policy_weights(mdp, policy))
     open_states = ~run.ends
     value, bound = _total(run, open_states, run.gain, gamma)
     ever, ever_gap = _reach(run, mdp.marked[run.states])
@@ -153,8 +153,14 @@ def evaluate(mdp: TabularMDP, policy: Ints | Floats, *, gamma: float, horizon: i
     )
 
 
-def _weights(mdp: TabularMDP, policy: Ints | Floats) -> Floats:
-    """Return the policy as a distribution over the actions of each state, ``[S, A]``."""
+def policy_weights(mdp: TabularMDP, policy: Ints | Floats) -> Floats:
+    """Return a policy, ``int [S]`` or ``float [S, A]``, as a distribution over the actions of each state.
+
+    Raises
+    ------
+    MDPError
+        If its shape or an action does not fit.
+    """
     given = np.asarray(policy)
     shape = (mdp.n_states, mdp.n_actions)
     if given.shape == shape:

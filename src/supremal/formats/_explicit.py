@@ -13,12 +13,12 @@ Source: Hensel et al., *The probabilistic model checker Storm*, STTT 24, 2022, s
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from supremal._arrays import NONE, Bools, Floats, Ints, Longs
+from supremal.decisions.evaluation import policy_weights
 from supremal.decisions.mdp import TabularMDP, restrict
 from supremal.decisions.product import broken_states
 from supremal.decisions.safety import check_mask, find_dead_end
@@ -151,14 +151,7 @@ def _means(start: Longs, prob: Floats, reward: Floats) -> Floats:
 
 def _weights(mdp: TabularMDP, policy: Ints | Floats, allowed: Bools) -> Floats:
     """Return the probability of each allowed action, ``[S, A]``; none in states that have no policy."""
-    given: NDArray[Any] = np.asarray(policy)
-    if given.shape == (mdp.n_states,) and given.dtype.kind in "iu":
-        given = (given[:, None] == np.arange(mdp.n_actions)).astype(np.float64)
-    if given.shape != allowed.shape:
-        message = (
-            f"the policy has shape {given.shape}; int {allowed.shape[:1]} or float {allowed.shape} is needed"
-        )
-        raise MDPError(message)
+    given = policy_weights(mdp, policy)
     weights: Floats = np.where(allowed & (given > 0), given, 0.0)
     weights[~(np.abs(weights.sum(axis=1) - 1) <= _SUM_TOLERANCE)] = 0.0
     word = find_dead_end(mdp, weights > 0)

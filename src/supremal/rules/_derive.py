@@ -32,6 +32,23 @@ MAX_STATES: Final = 10_000
 Text = TypeVar("Text", bound=Hashable)
 
 
+class Budget:
+    """How many steps may still be taken for the rule ``name``."""
+
+    def __init__(self, steps: int, name: str) -> None:
+        self.left, self.name = steps, name
+
+    def spend(self, steps: int) -> None:
+        """Take ``steps``; a `RuleError` where there are not so many left."""
+        self.left -= steps
+        if self.left < 0:
+            message = (
+                f"rule {self.name!r} takes too many steps to unfold; split it into several rules, nest or "
+                "count less, or raise max_states"
+            )
+            raise RuleError(message)
+
+
 def event_classes(alphabet: Alphabet, sets: Iterable[frozenset[str]]) -> tuple[Ints, list[str]]:
     """Return the class of each event, ``int32 [E]``, and one event of each: classes tell ``sets`` apart.
 

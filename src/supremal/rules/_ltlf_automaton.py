@@ -19,9 +19,8 @@ from supremal.automata.boolean import language_union, meet
 from supremal.automata.minimise import minimise
 from supremal.automata.reduce import trim
 from supremal.errors import AutomatonError, RuleError
-from supremal.rules._derive import derived
+from supremal.rules._derive import Budget, derived
 from supremal.rules._ltlf_formulas import Formulas
-from supremal.rules._ltlf_obligations import Budget
 from supremal.rules._ltlf_progression import Progression
 
 _SMALL: Final = 24

@@ -19,7 +19,7 @@ from collections.abc import Iterable
 from operator import le
 from typing import Final, TypeAlias
 
-from supremal.errors import RuleError
+from supremal.rules._derive import Budget
 from supremal.rules._ltlf_formulas import UNBOUNDED
 
 FREE: Final = UNBOUNDED + 1
@@ -32,23 +32,6 @@ Owed: TypeAlias = frozenset[Clause]
 
 LOST: Final[Owed] = frozenset()
 """No way is left to meet what is owed."""
-
-
-class Budget:
-    """How many steps may still be taken for the rule ``name``."""
-
-    def __init__(self, steps: int, name: str) -> None:
-        self.left, self.name = steps, name
-
-    def spend(self, steps: int) -> None:
-        """Take ``steps``; a `RuleError` where there are not so many left."""
-        self.left -= steps
-        if self.left < 0:
-            message = (
-                f"rule {self.name!r} takes too many steps to unfold; split it into several rules, nest less, "
-                "or raise max_states"
-            )
-            raise RuleError(message)
 
 
 class Lattice:

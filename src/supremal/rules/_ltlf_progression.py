@@ -21,8 +21,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Final, NamedTuple, TypeAlias
 
+from supremal.rules._derive import Budget
 from supremal.rules._ltlf_formulas import LOOKING_BACK, TRUE, UNBOUNDED, Formulas
-from supremal.rules._ltlf_obligations import FREE, LOST, Budget, Lattice, Owed
+from supremal.rules._ltlf_obligations import FREE, LOST, Lattice, Owed
 from supremal.rules._ltlf_past import Memory, Past
 
 _OWING: Final = ("next", "until")

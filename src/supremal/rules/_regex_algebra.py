@@ -15,7 +15,7 @@ from functools import reduce
 from typing import Final
 
 from supremal._arrays import NONE
-from supremal.errors import RuleError
+from supremal.rules._derive import Budget
 
 NOTHING: Final = 0
 """The term that matches no word."""
@@ -31,22 +31,20 @@ class Algebra:
     ----------
     kinds
         How many classes of events there are.
-    name
-        What messages call the rule.
     budget
-        How many steps all the work may take, each about a microsecond and 200 bytes at most.
+        What all the work may take, in steps of about a microsecond and 200 bytes at most.
 
     Examples
     --------
-    >>> algebra = Algebra(2, budget=1000)
+    >>> algebra = Algebra(2, Budget(1000, "example"))
     >>> a, b = algebra.events({0}), algebra.events({1})
     >>> ab = algebra.join("then", [a, b])
     >>> algebra.derivative(ab, 0) == b, algebra.derivative(ab, 1) == NOTHING
     (True, True)
     """
 
-    def __init__(self, kinds: int, *, name: str = "", budget: int) -> None:
-        self._name, self._budget, self._left = name, budget, budget
+    def __init__(self, kinds: int, budget: Budget) -> None:
+        self._spend = budget.spend
         self._number: dict[tuple[str, tuple[int, ...]], int] = {}
         self._ops: list[str] = []
         self._args: list[tuple[int, ...]] = []
@@ -56,15 +54,6 @@ class Algebra:
         self._term("events", (0,), empty=False)
         self._term("empty", (), empty=True)
         self._everything = self.repeat(self.events((), others=True), 0, NONE)
-
-    def _spend(self, steps: int) -> None:
-        self._left -= steps
-        if self._left < 0:
-            message = (
-                f"rule {self._name!r} takes more than {self._budget:,} steps to unfold; make a count in it "
-                "smaller, split it into several rules, or raise max_states"
-            )
-            raise RuleError(message)
 
     def _term(self, op: str, args: tuple[int, ...], *, empty: bool) -> int:
         """Return the number of a term; ``empty``: whether it matches the empty word."""

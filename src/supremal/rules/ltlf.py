@@ -47,10 +47,9 @@ from typing import Final
 
 from supremal.automata.alphabet import Alphabet
 from supremal.automata.automaton import Automaton
-from supremal.rules._derive import MAX_STATES, event_classes
+from supremal.rules._derive import MAX_STATES, Budget, event_classes
 from supremal.rules._ltlf_automaton import Unfolding
 from supremal.rules._ltlf_formulas import Formulas
-from supremal.rules._ltlf_obligations import Budget
 from supremal.rules._ltlf_parser import parse
 from supremal.rules._ltlf_sentence import MAX_SIZE, sentence
 

@@ -34,7 +34,7 @@ from typing import Final
 
 from supremal.automata.alphabet import Alphabet
 from supremal.automata.automaton import Automaton
-from supremal.rules._derive import MAX_STATES, derived, event_classes
+from supremal.rules._derive import MAX_STATES, Budget, derived, event_classes
 from supremal.rules._regex_algebra import Algebra
 from supremal.rules._regex_parser import Complement, Events, Join, Repeat, Step, parse
 from supremal.rules._regex_sentence import MAX_STEPS, sentence
@@ -97,7 +97,7 @@ def rule_from_regex(
     program = parse(text, alphabet, path=name or "expression")
     sets = [frozenset(step.names) for step in program if isinstance(step, Events)]
     classes, first = event_classes(alphabet, sets)
-    algebra = Algebra(len(first), name=name, budget=max_states * _STEPS_A_STATE)
+    algebra = Algebra(len(first), Budget(max_states * _STEPS_A_STATE, name))
     number = dict(zip(alphabet, classes.tolist(), strict=True))
     return derived(
         _term(program, algebra, number),
