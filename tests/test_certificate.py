@@ -12,13 +12,14 @@ import sys
 from collections.abc import Iterator
 from dataclasses import replace
 from fractions import Fraction
+from functools import cache
 from itertools import product as combinations
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
+from click.testing import CliRunner, Result
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -38,14 +39,18 @@ from supremal import (
     safe_actions,
     verifier,
 )
+from supremal.cli import main
 from supremal.cli.certify import certify_command, verify_command
 from supremal.decisions.certificate import certificate_text, certify
 from supremal.rules.ltlf import rule_from_ltlf
 from supremal.rules.patterns import PATTERNS
 from supremal.rules.regex import rule_from_regex
 from supremal.rules.rule import Form, Rule
+from supremal.show import figures
+from supremal.task import publish
 from supremal.task.reading import read_task
-from supremal.verifier import find_difference, verify, verify_text
+from supremal.verifier import find_difference, statements, texts, verify, verify_text
+from supremal.verifier.patterns import TEMPLATES, WALKS, read_call
 
 ROOT = Path(__file__).parents[1]
 ABC = Alphabet(("a", "b", "c"))
@@ -106,8 +111,8 @@ CATALOGUE = re.findall(
 @pytest.mark.parametrize(("call", "name", "regex", "formula"), CATALOGUE, ids=[e[0] for e in CATALOGUE])
 def test_the_catalogue_of_patterns(call: str, name: str, regex: str, formula: str) -> None:
     sigma = Alphabet(tuple("abcd"))
-    rule = PATTERNS[name].build(**verifier._call(call)[1], alphabet=sigma)
-    for seed in range(5):
+    rule = PATTERNS[name].build(**read_call(call)[1], alphabet=sigma)
+    for seed in range(3):
         check_text("pattern", call, rule, seed)
         check_text("regex", regex, rule, seed)
         if formula:
@@ -115,7 +120,7 @@ def test_the_catalogue_of_patterns(call: str, name: str, regex: str, formula: st
 
 
 def test_every_pattern_is_known() -> None:
-    assert {name.split()[0] for name in verifier.PATTERNS} == set(PATTERNS) == {e[1] for e in CATALOGUE}
+    assert {name.split()[0] for name in (TEMPLATES | WALKS)} == set(PATTERNS) == {e[1] for e in CATALOGUE}
 
 
 @st.composite
@@ -150,7 +155,7 @@ def calls(draw: st.DrawFn) -> tuple[str, str, Automaton]:
     return name, f"{name}({', '.join(f'{key}={value!r}' for key, value in given_.items())})", rule
 
 
-@settings(max_examples=60)
+@settings(max_examples=40)
 @given(call=calls(), seed=SEEDS)
 def test_patterns_of_any_arguments(call: tuple[str, str, Automaton], seed: int) -> None:
     check_text("pattern", *call[1:], seed)
@@ -167,7 +172,7 @@ def test_patterns_of_any_arguments(call: tuple[str, str, Automaton], seed: int) 
     ],
 )
 def test_large_numbers(call: str) -> None:
-    name, arguments = verifier._call(call)
+    name, arguments = read_call(call)
     check_text("pattern", call, PATTERNS[name].build(**arguments, alphabet=ABC), 1)
 
 
@@ -218,13 +223,13 @@ def grown(
     )
 
 
-@settings(max_examples=60)
+@settings(max_examples=40)
 @given(text=expressions(), seed=SEEDS)
 def test_expressions(text: str, seed: int) -> None:
     check_text("regex", text, rule_from_regex(text, ABC), seed)
 
 
-@settings(max_examples=80)
+@settings(max_examples=60)
 @given(text=formulas(), seed=SEEDS)
 def test_formulas(text: str, seed: int) -> None:
     check_text("ltlf", text, rule_from_ltlf(text, ABC), seed)
@@ -306,7 +311,7 @@ def test_a_state_that_leads_nowhere() -> None:
 
 @pytest.mark.parametrize("form", ["regex", "ltlf", "pattern"])
 def test_too_large_to_check(form: Form, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(verifier, "LIMIT", 100)
+    monkeypatch.setattr(texts, "LIMIT", 100)
     text = {
         "regex": "[^a]* (a [^a]*){50}",
         "ltlf": "G (a -> F[<=50] b)",
@@ -366,7 +371,7 @@ def small(*, nonblocking: bool = True, machine: bool = True) -> Document:
 def said(form: Form, text: str, sigma: Alphabet) -> Rule:
     match form:
         case "pattern":
-            name, arguments = verifier._call(text)
+            name, arguments = read_call(text)
             automaton = PATTERNS[name].build(**arguments, alphabet=sigma)
         case "ltlf":
             automaton = rule_from_ltlf(text, sigma)
@@ -531,7 +536,7 @@ class Meaning:
         own = dict.fromkeys(self.met, 0.0)
         best = dict.fromkeys(self.met, 0.0)
         gamma = float(self.gamma)
-        for _ in range(60):  # the contraction is by at most 1/2 in all that is tried here
+        for _ in range(30):  # the contraction is by at most 1/2 in all that is tried here
 
             def worth(outs: list[Step], value: dict[tuple[int, ...], float]) -> float:
                 return sum(float(p) * (float(r) + gamma * value[t]) for p, r, t in outs)
@@ -583,14 +588,23 @@ def at(document: Document, path: tuple[Any, ...]) -> Any:
     return inside
 
 
-@pytest.mark.parametrize("machine", [True, False])
-def test_every_number_that_makes_a_statement_false_is_found(*, machine: bool) -> None:
+@pytest.fixture
+def each_rule_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A rule that has been compared with its text is not compared again."""
+    known = cache(lambda text: find_difference(json.loads(text)))
+    monkeypatch.setattr(statements, "find_difference", lambda rule: known(json.dumps(rule)))
+
+
+@pytest.mark.usefixtures("each_rule_once")
+@pytest.mark.parametrize(("machine", "least"), [(True, 300), (False, 80)])
+def test_every_number_that_makes_a_statement_false_is_found(*, machine: bool, least: int) -> None:
     document = small(machine=machine)
     texts = copy.deepcopy(document["rules"])
     assert Meaning(document, texts).true
-    false = passed = 0
+    found = passed = 0
+    agreed = []
     for path in places(document):
-        if path[0] == "version":
+        if path[0] == "version" or (path[0] in ("rules", "states") and not machine):  # as with one
             continue
         old = at(document, path)
         values = {not old} if isinstance(old, bool) else {old + 1, old - 1, -old, 0.5} - {old}
@@ -598,12 +612,16 @@ def test_every_number_that_makes_a_statement_false_is_found(*, machine: bool) ->
             if isinstance(old, int) and not isinstance(value, int):
                 continue
             other = signed(put(document, path, value))
-            found, true = verify(other).verdict != "valid", Meaning(other, texts).true
-            assert found or true, (path, old, value)
-            false += not true
-            passed += not found
-    assert false > 300
-    assert passed > 30
+            if verify(other).verdict == "valid":
+                passed += 1
+                assert Meaning(other, texts).true, (path, old, value)
+            else:
+                found += 1
+                if found % 5 == 0:  # to see that the definition can say no
+                    agreed.append(not Meaning(other, texts).true)
+    assert found > least
+    assert passed > 10
+    assert np.mean(agreed) > 0.7
 
 
 @pytest.mark.parametrize(
@@ -648,7 +666,7 @@ def test_same_texts_may_be_written_differently() -> None:
 # --- any process and any rules ----------------------------------------------------------------------------
 
 
-@settings(max_examples=60)
+@settings(max_examples=40)
 @given(seed=SEEDS, nonblocking=st.booleans())
 def test_any_process_and_any_rules(seed: int, *, nonblocking: bool) -> None:
     mdp = random_process(seed, silent=True)
@@ -722,7 +740,7 @@ def test_anything_in_any_place_is_told_without_a_traceback() -> None:
     document = json.loads(certificate_text(small()))
     rng = random.Random(1)  # noqa: S311 - a test has no secrets
     nodes = [*inner(document)]
-    for path in rng.sample(nodes, 150):
+    for path in rng.sample(nodes, 100):
         for value in rng.sample([None, [], {}, "", "x", -1, 10**30, 1e308, float("nan"), [[]], True], 3):
             other = put(document, path, value)
             assert verify(other).verdict in ("valid", "not valid", "unreadable")
@@ -754,12 +772,14 @@ def signed_if_possible(document: Document) -> Document:
 # --- alone, and from the command line ---------------------------------------------------------------------
 
 
-def test_the_verifier_runs_alone(tmp_path: Path) -> None:
-    shutil.copy(Path(verifier.__file__), tmp_path / "check.py")
+@pytest.mark.parametrize("by", [["-I", "verifier"], ["-m", "verifier"]])
+def test_the_verifier_runs_alone(tmp_path: Path, by: list[str]) -> None:
+    source = Path(verifier.__file__).parent
+    shutil.copytree(source, tmp_path / "verifier", ignore=shutil.ignore_patterns("__pycache__"))
     file = tmp_path / "certificate.json"
 
     def run(*arguments: str) -> subprocess.CompletedProcess[str]:
-        command = [sys.executable, "-I", "-S", "-W", "error", str(tmp_path / "check.py"), *arguments]
+        command = [sys.executable, "-S", "-W", "error", *by, *arguments]
         return subprocess.run(command, capture_output=True, text=True, check=False, cwd=tmp_path, env={})
 
     document = small()
@@ -779,7 +799,8 @@ def test_the_verifier_runs_alone(tmp_path: Path) -> None:
     assert "lower is 99.0" in told["failures"][0]["problem"]
 
     file.write_bytes(b"\xff")
-    assert (run(str(file)).stdout, run(str(file)).returncode) == ("unreadable: it is no text in UTF-8\n", 2)
+    done = run(str(file))
+    assert (done.stdout, done.returncode) == ("unreadable: it is no text in UTF-8\n", 2)
     assert (run("nowhere").returncode, run().returncode) == (2, 2)
 
 
@@ -855,9 +876,45 @@ def test_a_policy_that_is_not_there(run_folder: Path) -> None:
     assert "seeds has shape (1,), policy (4,); [N] and [N, S] are needed" in str(done.exception)
 
 
-def test_an_experiment() -> None:
-    task = read_task(ROOT / "examples" / "taxi.toml")
-    assert isinstance(task.environment, TabularMDP)
-    document = certify(task.environment, task.rules, task.reward_machine, gamma=0.95, name=task.name)
-    assert len(document["states"]) > 1000
-    assert verify_text(certificate_text(document)).verdict == "valid"
+def supremal(*arguments: str) -> Result:
+    return CliRunner().invoke(main, arguments, catch_exceptions=False)
+
+
+@pytest.fixture
+def no_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Drawing takes most of the time of a short run."""
+    monkeypatch.setattr(figures, "check_figures", lambda: None)  # does not import matplotlib
+    monkeypatch.setattr(publish, "save_curves", lambda *_, **__: None)
+    monkeypatch.setattr(publish, "automaton_svg", lambda *_, **__: "")
+
+
+def certified(name: str, folder: Path) -> Path:
+    """The certificate of a short run of an example, whose folder has been moved in between."""
+    run = folder / "run"
+    task = ROOT / "examples" / f"{name}.toml"
+    assert supremal("run", str(task), "--episodes", "300", "--out", str(run)).exit_code == 0
+    moved = run.rename(folder / "moved")
+    done = supremal("certify", str(moved))
+    assert done.exit_code == 0, done.output
+    return moved / "certificate.json"
+
+
+@pytest.mark.usefixtures("no_pictures")
+def test_a_run_from_its_task_file_to_its_verdict(tmp_path: Path) -> None:
+    file = certified("frozen_lake", tmp_path)
+    done = supremal("verify", str(file))
+    assert (done.exit_code, done.output.splitlines()[0]) == (0, "valid")
+    document = json.loads(file.read_text(encoding="utf-8"))
+    i, row = next((i, row) for i, row in enumerate(document["states"]) if row[1])
+    row[4] = row[5] + 1
+    file.write_text(certificate_text(document), encoding="utf-8")
+    done = supremal("verify", str(file))
+    assert done.exit_code == 1
+    assert done.output.startswith(f"not valid\n  bounds: state {i}, action ")
+
+
+@pytest.mark.usefixtures("no_pictures")
+def test_a_run_whose_task_names_files(tmp_path: Path) -> None:
+    file = certified("manufacturing_cell", tmp_path)
+    assert len(list((file.parent / "files").iterdir())) == 1
+    assert supremal("verify", str(file)).output.startswith("valid\n")
