@@ -6,11 +6,13 @@ layers, seldom from those of the next, and the last layer ends, as the product w
 eight states looks.  Seconds are processor time of the solver; handing over to a peer is left out.
 QuantEcon and MDPSolver run modified policy iteration; Storm its own choice for discounted rewards.
 
-A million states, which takes minutes, is ``python -m benchmarks planning_large``.
+A million states, which takes minutes, is ``python -m benchmarks planning_large``; ``WITHOUT=Storm,MDPSolver``
+leaves out peers.
 """
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -124,9 +126,11 @@ PEERS: dict[str, Callable[[TabularMDP], Solved]] = {
 }
 
 
-def run(sizes: tuple[int, ...] = SIZES) -> dict[str, Any]:
-    """Print the times and their ratios; return the record."""
+def run(sizes: tuple[int, ...] = SIZES, without: str = "") -> dict[str, Any]:
+    """Print the times and their ratios; return the record.  ``without`` names peers that are not asked."""
     rows = []
+    absent = os.environ.get("WITHOUT", without).split(",")
+    peers = {name: solve for name, solve in PEERS.items() if name not in absent}
     for solver in (value_iteration, policy_iteration):
         solver(process(16, layers=1), gamma=GAMMA)
         solver(process(16, layers=2), gamma=GAMMA)
@@ -140,7 +144,7 @@ def run(sizes: tuple[int, ...] = SIZES) -> dict[str, Any]:
             row |= {"policy_iteration_seconds": exact, "policy_iteration_bound": howard.bound}
             print(f"{kind:8}{states:10,} value iteration {ours:8.3f} s, within {plan.bound:.0e}", flush=True)
             print(f"{'':18} policy iteration{exact:8.3f} s, within {howard.bound:.0e}", flush=True)
-            for name, solve in PEERS.items():
+            for name, solve in peers.items():
                 value, seconds = solve(mdp)
                 off = float(np.abs(value - howard.value).max())
                 row[name] = {"seconds": seconds, "ratio": seconds / ours, "off": off}

@@ -1,4 +1,4 @@
-"""The benchmark of planning with a million states."""
+"""The benchmark of planning with a million states; MDPSolver, which takes minutes for each, is left out."""
 
 from __future__ import annotations
 
@@ -9,4 +9,4 @@ from benchmarks import planning
 
 def run() -> dict[str, Any]:
     """Print the times and their ratios; return the record."""
-    return planning.run((1_000_000,))
+    return planning.run((1_000_000,), without="MDPSolver")

@@ -30,7 +30,7 @@ from supremal import (
 from supremal.decisions.components import end_components, strong_components
 from supremal.decisions.horizon import finite_horizon
 from supremal.decisions.optimum import expected_steps, reach_probability, total_reward
-from supremal.decisions.planning import enabled_choices
+from supremal.decisions.planning import discounted, enabled_choices, settle
 from supremal.decisions.policy_iteration import policy_iteration
 from supremal.decisions.reachability import prob0, prob1
 
@@ -328,6 +328,54 @@ def wide(side: int) -> TabularMDP:
         for a, name in enumerate("nesw"):
             lines += [(s, name, to[a], 0.75, (name,), -1.0), (s, name, to[(a + 1) % 4], 0.25, (name,), -1.0)]
     return from_outcomes(lines, alphabet=Alphabet(tuple("nesw")), terminal=[side * side - 1])
+
+
+def random_layers(states: int, layers: int) -> TabularMDP:
+    """Two actions of two outcomes each, within a layer but for a few; the last layer goes on for ever."""
+    rng = np.random.default_rng(states)
+    size = states // layers
+    lines = []
+    for s in range(states):
+        for name in "ab":
+            leap = rng.random(2) < 0.05
+            to = np.minimum((s // size + leap) * size + rng.integers(0, size, 2), states - 1)
+            p, reward = rng.random(), rng.random()
+            lines += [
+                (s, name, int(to[0]), p, (name,), reward),
+                (s, name, int(to[1]), 1 - p, (name,), reward),
+            ]
+    return from_outcomes(lines, alphabet=Alphabet(("a", "b")))
+
+
+@pytest.mark.parametrize("gamma", [0.9, 0.999, 1 - 1e-6])
+@pytest.mark.parametrize("layers", [1, 4, 10])
+def test_parts_that_leak_unevenly_are_found_too(layers: int, gamma: float) -> None:
+    mdp = random_layers(120, layers)
+    one, two = value_iteration(mdp, gamma=gamma), policy_iteration(mdp, gamma=gamma)
+    assert np.abs(one.value - two.value).max() <= one.bound + two.bound
+    assert one.bound <= max(1e-10, 1e-12 / (1 - gamma) ** 2)
+
+
+def test_news_that_goes_round_a_ring_arrives() -> None:
+    states, gamma = 200, 0.999
+    ring = from_outcomes(
+        [(s, "go", (s + 1) % states, 1.0, ("go",), float(s == 0)) for s in range(states)],
+        alphabet=Alphabet(("go",)),
+    )
+    plan = value_iteration(ring, gamma=gamma)
+    truth = gamma ** ((states - np.arange(states)) % states) / (1 - gamma**states)
+    assert np.abs(plan.value - truth).max() <= plan.bound + 1e-14
+    assert plan.bound < 1e-9
+
+
+def test_a_first_policy_that_leaves_at_once_does_no_harm() -> None:
+    out, go = ("out",), ("go",)
+    lines = [(0, "out", 2, 1.0, out, 10.0), (0, "go", 1, 1.0, go, 0.0)]
+    lines += [(1, "out", 2, 1.0, out, 1.0), (1, "go", 0, 1.0, go, 0.5)]
+    mdp = from_outcomes(lines, alphabet=Alphabet(("out", "go")), terminal=[2])
+    model, value = discounted(mdp, 0.5, None), np.zeros(3)
+    settle(model, value, tolerance=1e-10, rounds=9)
+    assert value.tolist() == [10.0, 5.5, 0.0]
 
 
 def test_all_roads_lead_to_the_same_values() -> None:

@@ -22,7 +22,7 @@ from supremal._arrays import Bools
 from supremal.decisions.mdp import TabularMDP
 from supremal.decisions.planning import Plan, best_choices, discounted, iterate, plan_of, settle
 
-_FIRST_ROUNDS: Final = 3
+_FIRST_ROUNDS: Final = 10
 
 
 def policy_iteration(mdp: TabularMDP, *, gamma: float, enabled: Bools | None = None) -> Plan:
