@@ -11,7 +11,7 @@ import sys
 from importlib import import_module
 from pathlib import Path
 
-NAMES = ("learning", "startup", "synthesis", "growth", "minimise")
+NAMES = ("learning", "learners", "startup", "synthesis", "growth", "minimise", "rules", "planning", "export")
 RECORDS = Path(__file__).parent / "records"
 
 

@@ -39,16 +39,19 @@ def policy_of(mdp: TabularMDP, enabled: np.ndarray) -> Callable[[LearnerState], 
 
     def policy(state: LearnerState) -> np.ndarray:
         q = np.full((mdp.n_states, mdp.n_actions), -np.inf)
-        q[choices.state, choices.action] = state.q
+        q[choices.state, choices.action] = state.q.reshape(state.settings.tables, -1).mean(axis=0)
         return greedy(q)
 
     return policy
 
 
 def steps_to_optimum(
-    task: Task, mdp: TabularMDP, enabled: np.ndarray, settings: Settings, seed: int
+    task: Task, mdp: TabularMDP, enabled: np.ndarray, settings: Settings, seed: int, every: int = LOOK_EVERY
 ) -> float:
-    """Return the steps until the greedy policy is as good as the best; inf where it never is."""
+    """Return the steps until the greedy policy is as good as the best; inf where it never is.
+
+    It is looked at every so many episodes.
+    """
     best = float(value_iteration(mdp, gamma=settings.gamma, enabled=enabled).value @ mdp.initial)
     policy, steps = policy_of(mdp, enabled), [np.inf]
 
@@ -64,7 +67,7 @@ def steps_to_optimum(
         seed=seed,
         environment=task.environment,
         on_state=look,
-        checkpoint_every=LOOK_EVERY,
+        checkpoint_every=every,
         should_stop=lambda: steps[0] < np.inf,
     )
     return steps[0]
