@@ -1,6 +1,7 @@
 """Run every benchmark: ``python -m benchmarks`` (or ``make bench``); names pick some.
 
-``agreement`` and ``fuzz`` take about half an hour each and are run by their names only.
+``agreement`` and ``fuzz`` take about half an hour each, ``planning_large`` ten minutes, ``seeds`` and
+``cell`` a few: they are run by their names only.
 """
 
 from __future__ import annotations

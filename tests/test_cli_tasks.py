@@ -292,3 +292,47 @@ def test_several_seeds_are_told_together(tmp_path: Path) -> None:
         *(f"supervised-{k}" for k in range(5)),
     ]
     assert "rollout/ep_rew_mean" in (logs / "supervised-0" / "progress.csv").read_text(encoding="utf-8")
+
+
+def test_what_needs_something_uncontrollable_to_get_on_is_run(tmp_path: Path) -> None:
+    path = tmp_path / "wait.toml"
+    path.write_text(
+        '[[plant]]\ntransitions = """\nuncontrollable d\nmarked e\ns -go-> w\nw -idle-> w\nw -d-> e\n"""\n'
+        "[environment]\nchances = { d = 0.5 }\n",
+        encoding="utf-8",
+    )
+    found = told("run", path, *FEW, "--out", tmp_path / "run")
+    assert found["optimal"]["steps_undisturbed"] is None
+    assert found["optimal"]["completion_ever"] == pytest.approx(1.0)
+
+
+def test_shaping_changes_what_is_told_and_not_what_is_best(tmp_path: Path) -> None:
+    """A short way earns 1, a long one 1.5: at γ = 0.95 the long one is best, however the rewards are told."""
+    text = """
+[[plant]]
+transitions = [["s", "quick", "q"], ["s", "long", "a"], ["a", "step", "b"], ["b", "step", "c"]]
+marked = ["q", "c"]
+[environment]
+chances = {}
+labels = { short = { "plant 1" = "q" }, far = { "plant 1" = "c" } }
+[reward_machine]
+edges = [["u", "short & !far", "v", 1.0], ["u", "far", "v", 1.5]]
+shaping = SHAPING
+[learner]
+gamma = 0.95
+"""
+    for number, shaping in enumerate(("false", "true", "0.1")):
+        path = tmp_path / f"{number}.toml"
+        path.write_text(text.replace("SHAPING", shaping), encoding="utf-8")
+        found = told("run", path, "--episodes", "2000", "--out", tmp_path / f"run{number}")
+        assert found["optimal"]["value"] == pytest.approx(1.5 * 0.95**2)
+        assert found["greedy"]["gap"] == pytest.approx(0)
+        assert found["shaped"] == (shaping != "false")
+
+
+def test_a_run_goes_on_with_what_it_was_asked_for(tmp_path: Path) -> None:
+    out = tmp_path / "run"
+    with start(out, "--seed", "5") as process:
+        killed_at(process, "  supervised 1: 140,000", signal.SIGKILL)
+    found = told("run", EXAMPLES / "taxi.toml", "--resume", out)
+    assert (found["seed"], found["training"]["episodes"]) == (5, 700_000)

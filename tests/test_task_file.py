@@ -338,9 +338,12 @@ def test_shaping(said: str, gamma: float | None, read: Callable[..., Task]) -> N
     assert task.environment is not None
     assert task.reward_machine is not None
     assert ("over" in task.environment.propositions) == (gamma is not None)
-    paid = task.reward_machine.step(0, {"goal"})[1]
-    assert paid == (0.0 if gamma is None else pytest.approx(gamma * 8 - gamma * 8))
-    assert task.reward_machine.step(0, set())[1] == (0.0 if gamma is None else (gamma - 1) * gamma * 8)
+    assert task.reward_machine.step(0, {"goal"})[1] == task.reward_machine.step(0, set())[1] == 0.0
+    assert (task.shaped is None) == (gamma is None)
+    if task.shaped is not None and gamma is not None:
+        first, second = gamma * 8, 8.0  # the machine's own values at that γ; the learner's is 0.5
+        assert task.shaped.step(0, {"goal"})[1] == pytest.approx(0.5 * second - first)
+        assert task.shaped.step(0, set())[1] == pytest.approx(0.5 * first - first)
 
 
 # --- what is published ------------------------------------------------------------------------------------

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 import click
 
 if TYPE_CHECKING:
+    from supremal.automata.automaton import Automaton
     from supremal.task.findings import Findings, Question
 
 Command = TypeVar("Command", bound=Callable[..., Any])
@@ -84,14 +85,19 @@ def tell(findings: Findings, *, worst_case: bool = False) -> None:
     if worst_case:
         click.echo("  This holds whatever happens: no plant is given, so any event may come at any time.")
     for plant in findings.plants:
-        click.echo(f"  plant {plant.name}: {plant.n_states:,} states")
+        click.echo(f"  plant {plant.name}: {_states(plant)}")
     for rule, (controllable, nonblocking) in zip(findings.rules, findings.each, strict=True):
-        _answer(f"rule {rule.name}: {rule.n_states:,} states", controllable, nonblocking)
+        _answer(f"rule {rule.name}: {_states(rule)}", controllable, nonblocking)
     _answer("all together:", findings.controllable, findings.nonblocking, findings.can_act)
     if findings.reason:
         click.echo(f"  {findings.reason}")
     else:
-        click.echo(f"  supervisor: {supervisor.n_states:,} states, {supervisor.n_transitions:,} transitions")
+        click.echo(f"  supervisor: {_states(supervisor)}, {supervisor.n_transitions:,} transitions")
+
+
+def _states(automaton: Automaton) -> str:
+    count = automaton.n_states
+    return "1 state" if count == 1 else f"{count:,} states"
 
 
 def _answer(what: str, *questions: Question) -> None:

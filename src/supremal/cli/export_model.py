@@ -31,7 +31,10 @@ def model_command(
 
     Exit code 0: written; 1: the rules cannot be kept, so there is nothing to write; 2: bad input or output.
     """
+    import numpy as np
+
     from supremal.decisions.planning import value_iteration
+    from supremal.decisions.safety import reachable_states
     from supremal.formats.processes import find_process_ending, write_process
     from supremal.task.experiment import supervise
     from supremal.task.reading import read_task
@@ -54,5 +57,11 @@ def model_command(
         message = f"cannot write {out}: {error.strerror}; choose another file with --out"
         raise OutputError(message) from None
     choices = product.feasible if enabled is None else enabled
+    if policy is not None:
+        choices = choices & (policy[:, None] == np.arange(product.n_actions))
     live = choices & ~product.terminal[:, None]
-    click.echo(f"Wrote {out}: {product.n_states:,} states, {live.sum():,} enabled actions.")
+    reached = reachable_states(product, live)
+    click.echo(
+        f"Wrote {out}: {product.n_states:,} states, of which {reached.sum():,} can be reached, with "
+        f"{live[reached].sum():,} enabled actions."
+    )

@@ -19,6 +19,9 @@ Command = TypeVar("Command", bound=Callable[..., Any])
 STOPPED: Final = 130
 """The exit code after Ctrl-C."""
 
+_POINTS: Final = 50
+"""The points of a curve where there are fewer episodes than an interval has."""
+
 
 def run_options(command: Command) -> Command:
     """Add what `run` and `demo` ask alike; what is left out is as the task file says."""
@@ -79,7 +82,7 @@ def perform(path: Path, wishes: Wishes) -> int:
     from supremal.show.figures import check_figures
     from supremal.task.experiment import check, run
     from supremal.task.findings import document
-    from supremal.task.folder import run_folder
+    from supremal.task.folder import run_folder, write_config
     from supremal.task.keeper import Keeper
     from supremal.task.publish import publish, write_logs
     from supremal.task.summary import summary
@@ -97,6 +100,7 @@ def perform(path: Path, wishes: Wishes) -> int:
                 tell(findings)
             return NO
         with run_folder(folder, resume=wishes.resume is not None) as work:
+            write_config(work, task)
             keeper = Keeper(work, timedelta(seconds=wishes.checkpoint))
             experiment = run(
                 task, findings, keeper=keeper, on_stage=reporter.stage, on_episodes=reporter.progress
@@ -116,13 +120,27 @@ def perform(path: Path, wishes: Wishes) -> int:
 
 def _asked(path: Path, wishes: Wishes) -> tuple[Task, Path]:
     """Return the task as the command line changes it, and the folder of the run."""
-    from supremal.task.folder import final_place
+    from supremal.task.folder import final_place, read_config
     from supremal.task.reading import read_task
 
     task = read_task(path)
-    settings = replace(task.settings, episodes=wishes.episodes or task.settings.episodes)
-    first = task.seed if wishes.seed is None else wishes.seed
-    task = replace(task, settings=settings, seed=first, seeds=wishes.seeds or task.seeds)
+    before = read_config(final_place(wishes.resume)) if wishes.resume else {}
+
+    def asked(wish: int | None, key: str, left_out: int) -> int:
+        kept = before.get(key)
+        return wish if wish is not None else kept if isinstance(kept, int) else left_out
+
+    settings = before.get("settings")
+    learned = settings.get("episodes") if isinstance(settings, dict) else None
+    episodes = wishes.episodes or (learned if isinstance(learned, int) else task.settings.episodes)
+    interval = asked(None, "interval", task.interval)
+    task = replace(
+        task,
+        settings=replace(task.settings, episodes=episodes),
+        seed=asked(wishes.seed, "seed", task.seed),
+        seeds=asked(wishes.seeds, "seeds", task.seeds),
+        interval=interval if interval <= episodes else max(1, episodes // _POINTS),
+    )
     if wishes.resume is not None:
         return task, final_place(wishes.resume)
     stamp = f"{datetime.now().astimezone():%Y%m%d-%H%M%S}"

@@ -27,6 +27,7 @@ import numpy as np
 from supremal import verifier
 from supremal._arrays import NONE, Bools, Floats, Ints
 from supremal._graph import reverse, search
+from supremal.automata.automaton import Automaton
 from supremal.automata.reduce import mark_all
 from supremal.decisions.chains import largest, rounding
 from supremal.decisions.mdp import TabularMDP
@@ -42,7 +43,7 @@ _ROUNDS: Final = 40
 
 def certify(
     environment: TabularMDP,
-    rules: Sequence[Rule],
+    rules: Sequence[Rule | Automaton],
     reward_machine: RewardMachine | None,
     policy: Ints | None = None,
     *,
@@ -89,8 +90,12 @@ def certify(
     >>> verifier.verify(document).verdict, round(document["claims"]["value_at_least"], 9)
     ('valid', 5.0)
     """
+    said = [
+        Rule(rule.name or f"rule {k}", rule) if isinstance(rule, Automaton) else rule
+        for k, rule in enumerate(rules, 1)
+    ]
     numbered = replace(environment, origin=np.arange(environment.n_states, dtype=np.int32)[:, None])
-    automata = [rule.automaton if nonblocking else mark_all(rule.automaton) for rule in rules]
+    automata = [rule.automaton if nonblocking else mark_all(rule.automaton) for rule in said]
     model = product(numbered, automata, reward_machine, max_states=max_states)
     enabled = safe_actions(model, nonblocking=nonblocking)
     reached = np.flatnonzero(reachable_states(model, enabled))
@@ -114,7 +119,7 @@ def certify(
         "task": name,
         "gamma": gamma,
         "nonblocking": nonblocking,
-        "rules": [_rule(rule) for rule in rules],
+        "rules": [_rule(rule) for rule in said],
         "reward_machine": _machine(reward_machine),
         **_environment(environment, met),
         "states": [

@@ -15,7 +15,7 @@ states found last to the first, as news travels backwards, and not touched again
 small.  What is left after some rounds falls to policy iteration, see `supremal.decisions.policy_iteration`.
 
 Memory beside the process, result included: 240 bytes a state with four actions of three outcomes each, and
-about 10 for each outcome more, measured with a million states; a mask copies 24 bytes an outcome.
+about 10 for each outcome more, measured with half a million states; a mask copies 24 bytes an outcome.
 
 Source: Puterman, *Markov Decision Processes*, sections 6.3 and 6.5; Bertsekas, *Dynamic Programming and
 Optimal Control* II, section 2.3 (shifts of whole components); Saad, *Iterative Methods for Sparse Linear

@@ -125,7 +125,7 @@ def write_process(
     places = {target if end == own else target.with_suffix(end): text for end, text in written.items()}
     for place in places:
         if place.exists() and not force:
-            message = "the file exists already; choose another name, or replace it with force=True"
+            message = "the file exists already; choose another name, or replace it with --force (force=True)"
             raise FormatError(message, path=str(place))
     with ExitStack() as stack:
         works = []

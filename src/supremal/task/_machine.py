@@ -10,7 +10,7 @@ from typing import Final
 from supremal.decisions.guards import RESERVED, truth_table
 from supremal.decisions.mdp import TabularMDP
 from supremal.decisions.reward_machine import Edge, RewardMachine, reward_machine
-from supremal.decisions.shaping import label_end, label_with_rule, machine_from_rule, shaped
+from supremal.decisions.shaping import label_end, label_with_rule, machine_from_rule, potentials, shaped
 from supremal.errors import suggest
 from supremal.formats.documents import read_reward_machine
 from supremal.formats.machine_text import read_machine_text
@@ -38,7 +38,7 @@ _SATISFIED: Final = "satisfied"
 
 def read_machine(
     field: Field, environment: TabularMDP, rules: Sequence[Rule], folder: Path, gamma: float
-) -> tuple[RewardMachine, TabularMDP]:
+) -> tuple[RewardMachine, RewardMachine | None, TabularMDP]:
     """Read ``[reward_machine]``.
 
     Parameters
@@ -58,6 +58,8 @@ def read_machine(
     -------
     RewardMachine
         The machine.
+    RewardMachine or None
+        The same with its rewards told earlier, where that is asked for.
     TabularMDP
         The environment, with a proposition more where the machine needs one.
     """
@@ -72,9 +74,9 @@ def read_machine(
             machine, environment = _of_rule(field, environment, rules)
     factor = take(field, "shaping", _factor(gamma), None)
     if factor is None:
-        return machine, environment
+        return machine, None, environment
     with placed(field["shaping"]):
-        return shaped(machine, factor), label_end(environment)
+        return machine, shaped(machine, gamma, potential=potentials(machine, factor)), label_end(environment)
 
 
 def _factor(gamma: float) -> Reader[float | None]:

@@ -22,7 +22,7 @@ from supremal.decisions.mdp import TabularMDP, restrict
 from supremal.decisions.planning import Plan, value_iteration
 from supremal.decisions.plant_process import undisturbed
 from supremal.decisions.product import product
-from supremal.decisions.safety import safe_actions
+from supremal.decisions.safety import find_dead_end, safe_actions
 from supremal.errors import MDPError
 from supremal.learning.q_learning import QResult, q_learning_seeds
 from supremal.task.findings import Findings, plants_of, study
@@ -51,7 +51,8 @@ class Experiment:
     plan, optimum
         The optimal values, and the exact evaluation of the optimal policy.
     best_return
-        What an episode of limited steps can earn in the mean, undiscounted; None where that is too much.
+        What an episode of limited steps can earn in the mean, undiscounted; None where that is too much to
+        compute, or where the curves are of rewards that are told earlier.
     steps_undisturbed
         The steps that an optimal policy takes where nothing uncontrollable happens; None where nothing can.
     results, greedy
@@ -145,12 +146,14 @@ def run(
     on_stage("learning under the supervisor")
     rules, seeds = rules_of(task), range(task.seed, task.seed + task.seeds)
     learn = partial(_learn, task, environment, rules, keeper=keeper, on_episodes=on_episodes)
-    results = learn("supervised", model, seeds, enabled=enabled)
+    taught = model if task.shaped is None else product(environment, rules, task.shaped)  # the same states
+    results = learn("supervised", taught, seeds, enabled=enabled)
     baseline = baseline_greedy = baseline_judged = None
     if rules and all(result.finished for result in results):
         on_stage("learning without the rules, for comparison")
         free = product(environment, (), task.reward_machine)
-        (baseline,) = learn("baseline", free, seeds[:1])
+        unruled = free if task.shaped is None else product(environment, (), task.shaped)
+        (baseline,) = learn("baseline", unruled, seeds[:1])
         baseline_greedy = evaluate(free, baseline.policy, gamma=gamma, horizon=limit)
         baseline_judged = _with_rules(free, baseline.policy, rules, gamma)
     on_stage("evaluating the policies exactly")
@@ -161,7 +164,7 @@ def run(
         enabled=enabled,
         plan=plan,
         optimum=evaluate(model, plan.policy, gamma=gamma, horizon=limit),
-        best_return=_best_return(model, enabled, limit),
+        best_return=_best_return(model, enabled, limit) if task.shaped is None else None,
         steps_undisturbed=_steps_undisturbed(task, environment),
         results=results,
         greedy=[evaluate(model, result.policy, gamma=gamma, horizon=limit) for result in results],
@@ -209,6 +212,8 @@ def _steps_undisturbed(task: Task, environment: TabularMDP) -> float | None:
     if not environment.alphabet.uncontrollable:
         return None
     calm, enabled = supervise(undisturbed(environment), task)
+    if find_dead_end(calm, enabled) is not None:  # it takes something uncontrollable to get on
+        return None
     plan = value_iteration(calm, gamma=task.settings.gamma, enabled=enabled)
     return evaluate(calm, plan.policy, gamma=task.settings.gamma).expected_steps
 

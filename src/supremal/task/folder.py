@@ -10,17 +10,20 @@ import csv
 import json
 import shutil
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 
+from supremal import __version__
 from supremal.errors import SupremalError
 from supremal.learning.q_learning import QResult
 from supremal.task.experiment import Experiment
 from supremal.task.keeper import CHECKPOINTS
 from supremal.task.summary import interval_means
+from supremal.task.task import Task
 
 
 class OutputError(SupremalError):
@@ -96,6 +99,35 @@ def _take_up(path: Path, work: Path) -> None:
         message = f"{path} is no run that was stopped: there are no {CHECKPOINTS} in it; leave --resume out"
         raise OutputError(message)
     path.rename(work)
+
+
+CONFIG: Final = "config.json"
+"""What a run was asked for, written before anything is learned."""
+
+
+def write_config(folder: Path, task: Task) -> None:
+    """Write down what is asked for; a run that goes on reads it again."""
+    config = {
+        "supremal": __version__,
+        "task": task.name,
+        "title": task.title,
+        "source": task.source,
+        "seed": task.seed,
+        "seeds": task.seeds,
+        "interval": task.interval,
+        "settings": asdict(task.settings),
+    }
+    write_json(folder / CONFIG, config)
+
+
+def read_config(path: Path) -> dict[str, Any]:
+    """Return what a run was asked for that is to end in ``path`` and has not yet, or was stopped."""
+    for folder in (path.with_name(path.name + _PARTIAL), path):
+        with suppress(OSError, ValueError):
+            found = json.loads((folder / CONFIG).read_text(encoding="utf-8"))
+            if isinstance(found, dict):
+                return found
+    return {}
 
 
 def write_json(path: Path, document: Mapping[str, Any]) -> None:

@@ -42,10 +42,6 @@ def publish(folder: Path, experiment: Experiment, result: Mapping[str, Any]) -> 
     MissingDependencyError
         If matplotlib is not installed.
     """
-    config = {
-        key: result[key] for key in ("supremal", "task", "title", "source", "seed", "seeds", "settings")
-    }
-    write_json(folder / "config.json", config)
     write_json(folder / "result.json", result)
     write_learned(folder / "learned.npz", experiment.results)
     copy_task(experiment.task.path, folder)

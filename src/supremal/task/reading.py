@@ -154,7 +154,7 @@ def _machine(field: Field, said: dict[str, Any], folder: Path) -> dict[str, Any]
     """Read what is worth how much; the environment may have to say more for it."""
     if "environment" not in said:
         field.fail("there is nothing that earns its rewards; give an [environment]", key=True)
-    machine, environment = read_machine(
+    machine, told_earlier, environment = read_machine(
         field, said["environment"], said["rules"], folder, said["settings"].gamma
     )
-    return {"reward_machine": machine, "environment": environment}
+    return {"reward_machine": machine, "shaped": told_earlier, "environment": environment}

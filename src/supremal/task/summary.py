@@ -47,6 +47,7 @@ def summary(experiment: Experiment) -> dict[str, Any]:
         "title": task.title,
         "source": task.source,
         "partial": experiment.partial,
+        "shaped": task.shaped is not None,
         "seed": result.seed,
         "seeds": len(experiment.results),
         "settings": asdict(task.settings),

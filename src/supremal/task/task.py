@@ -104,6 +104,8 @@ class Task:
         What must not break.
     reward_machine
         What is worth how much; None: the environment's own rewards.
+    shaped
+        The same machine with its rewards told earlier, which the learner is taught by; None: as it stands.
     options
         How the rules are meant.
     settings
@@ -128,6 +130,7 @@ class Task:
     environment: TabularMDP | None = None
     rules: tuple[Rule, ...] = ()
     reward_machine: RewardMachine | None = None
+    shaped: RewardMachine | None = None
     options: Options = field(default_factory=Options)
     settings: Settings = field(default_factory=Settings)
     seed: int = 0
