@@ -20,6 +20,7 @@ CSV file are those of its ``progress.csv``.
 from __future__ import annotations
 
 import csv
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from os import PathLike
 from pathlib import Path
@@ -62,12 +63,12 @@ class Curves(Protocol):
         """How long all of them took."""
 
 
-class _Closing:
+class _Closing(ABC):
     """A log that is closed at the end of a ``with`` block."""
 
+    @abstractmethod
     def close(self) -> None:
         """Write what is left, and close the file."""
-        raise NotImplementedError
 
     def __enter__(self) -> Self:
         return self
