@@ -196,9 +196,9 @@ def test_what_supremal_init_writes_is_a_task(tmp_path: Path) -> None:
     assert told("check", path, code=1)["verdict"] == "enforceable_in_part"
     assert told("rules", path)["findings"] == []
     assert told("synthesize", path)["supervisor"]["states"] > 0
-    again = ask("init", path)
+    again = ask("init", path.with_suffix(""))
     assert again.exit_code == 2
-    assert "exists already" in again.stderr
+    assert "task.toml exists already" in again.stderr
 
 
 # --- runs that end before their time ------------------------------------------------------------------------

@@ -15,8 +15,10 @@ from supremal.cli.models import OutputError
 def init(file: Path) -> None:
     """Write a task file to start from: a small one that works, with comments on what else it can say.
 
-    FILE is its name, task.toml if left out.
+    FILE is its name, task.toml if left out; without an ending, it gets .toml.
     """
+    if not file.suffix:
+        file = file.with_suffix(".toml")  # what tells a task from a model
     text = files("supremal.task").joinpath("starter.toml").read_text(encoding="utf-8")
     try:
         with file.open("x", encoding="utf-8", newline="\n") as stream:

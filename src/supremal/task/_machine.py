@@ -154,6 +154,8 @@ def _of_rule(
 ) -> tuple[RewardMachine, TabularMDP]:
     """Pay whenever a rule becomes satisfied."""
     automata = {rule.name: rule.automaton for rule in rules}
+    if not automata:
+        field["rule"].fail("the task has no rules; give the [[rule]] that it names")
     rule, reward = automata[one_of(automata)(field["rule"])], take(field, "reward", number, 1.0)
     with placed(field["rule"]):
         machine = machine_from_rule(rule, reward=reward, proposition=_SATISFIED)

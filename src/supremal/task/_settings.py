@@ -21,15 +21,22 @@ from supremal.task._fields import (
     text,
     whole,
 )
-from supremal.task._slips import placed
-from supremal.task.task import Options, Reported
+from supremal.task._slips import Slips, placed
+from supremal.task.task import REPORTABLE, Options, Reported
 
 
 def _said(field: Field, kind: type) -> dict[str, Any]:
     """Read a table whose keys are the fields of a dataclass, each as its type has it."""
-    hints = get_type_hints(kind)
-    check_keys(field, hints)
-    return {key: _reader(hint)(field[key]) for key, hint in hints.items() if key in field}
+    hints, slips = get_type_hints(kind), Slips()
+    said: dict[str, Any] = {}
+    with slips.noting():
+        check_keys(field, hints)
+    for key, hint in hints.items():
+        if key in field:
+            with slips.noting():
+                said[key] = _reader(hint)(field[key])
+    slips.check()
+    return said
 
 
 def _reader(hint: Any) -> Reader[Any]:  # noqa: ANN401 - a type is an object like others
@@ -92,6 +99,8 @@ def read_run(field: Field, folder: Path) -> dict[str, Any]:
 def read_reported(field: Field) -> Reported:
     """Read one ``[[reported]]``."""
     way = choose(field, ("key", "curve"), get_type_hints(Reported))
+    if way == "key":
+        one_of(REPORTABLE)(field["key"])
     said = _said(field, Reported)
     need(field, "what", name, "the name of a number")
     need(field, "said", _word, "a number, or a text,")
@@ -99,4 +108,5 @@ def read_reported(field: Field) -> Reported:
         need(field, "episodes", whole(1), "the last episode of an interval")
     elif "episodes" in field:
         field["episodes"].fail("goes with curve; leave it out", key=True)
-    return Reported(**said)
+    with placed(field, field):
+        return Reported(**said)

@@ -49,8 +49,14 @@ def placed_in(field: Field) -> Iterator[None]:
         field.fail(str(error).removeprefix(f"{field.name}: "))
 
 
+class SlipsError(FormatError):
+    """Several slips in one; ``found`` has each of them."""
+
+    found: tuple[FormatError, ...] = ()
+
+
 class Slips:
-    """What is wrong with a document, part by part."""
+    """What is wrong with a document, part by part; a part may have slips of its own."""
 
     def __init__(self) -> None:
         self.found: list[FormatError] = []
@@ -60,6 +66,8 @@ class Slips:
         """Note a slip, and go on behind the ``with``."""
         try:
             yield
+        except SlipsError as error:
+            self.found += error.found
         except FormatError as error:
             self.found.append(error)
 
@@ -71,4 +79,6 @@ class Slips:
         lines = [first.message, *map(str, others[: MAX_SHOWN - 1])]
         if len(others) >= MAX_SHOWN:
             lines.append(f"and {len(others) - MAX_SHOWN + 1} more")
-        raise FormatError("\n".join(lines), path=first.path, line=first.line, column=first.column)
+        together = SlipsError("\n".join(lines), path=first.path, line=first.line, column=first.column)
+        together.found = tuple(self.found)
+        raise together
