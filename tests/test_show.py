@@ -1,4 +1,4 @@
-"""Pictures, curves and the report: well formed, complete, the same twice, and safe to open."""
+"""Pictures and curves: well formed, complete, and the same twice."""
 
 import re
 import sys
@@ -21,14 +21,13 @@ from supremal import (
     universal,
 )
 from supremal.automata.build import empty
-from supremal.show import _words
+from supremal.show._circle import place, route
+from supremal.show._curves import Link, crossings
 from supremal.show._labels import covered, settle, touching
-from supremal.show._layout import Link, crossings, place, route
 from supremal.show._scale import limits, number, ticks
 from supremal.show._text import event_label, guard_label, plain, symbol
 from supremal.show.diagram import MAX_STATES, automaton_svg, reward_machine_svg
 from supremal.show.figures import Series, curves_svg, save_curves
-from supremal.show.report import Diagram, report_html
 
 SVG = "{http://www.w3.org/2000/svg}"
 
@@ -159,7 +158,7 @@ def test_edges_that_nobody_controls_are_dashed():
     assert css.count("edge free") == 1  # d_u from w_0
     assert css.count("edge mixed stop") == 6  # what is forbidden holds d_u too; and the loop of s_a
     assert css.count("edge stop") == 1
-    assert re.search(r"\.edge\.free path\{stroke-dasharray", svg)
+    assert re.search(r"\.edge\.free \.line\{stroke-dasharray", svg)
     assert not any(re.search("free|mixed", edge.get("class")) for edge in edges(parsed(automaton_svg(H))))
 
 
@@ -168,7 +167,8 @@ def test_initial_marked_and_trap_states_are_told_apart_without_colour():
     assert sum("initial" in edge.get("class") for edge in edges(root)) == 1
     (trap,) = [g for g in root.iter(f"{SVG}g") if "trap" in g.get("class", "")]
     assert trap.find(f"{SVG}title").text == "s_a"
-    assert len(trap.findall(f"{SVG}polygon")) == 2  # an octagon, marked
+    outlines = [path.get("d") for path in trap.findall(f"{SVG}path")]
+    assert [outline.count("L") for outline in outlines] == [7, 7]  # an octagon, marked
     assert len(root.findall(f".//{SVG}circle")) == 3
 
 
@@ -240,9 +240,9 @@ def test_names_are_escaped_and_bad_letters_replaced():
 
 
 def test_long_names_are_cut_and_told_in_full():
-    svg = automaton_svg(from_text("initial a_very_long_name \n a_very_long_name -go-> b"))
-    assert texts(parsed(svg), "name")[0] == "a_very_l…"
-    assert "<title>a_very_long_name</title>" in svg
+    svg = automaton_svg(from_text("a_very_long_name_indeed -go-> b"))
+    assert texts(parsed(svg), "name")[:3] == ["a_very_", "long_", "name_ind…"]
+    assert "<title>a_very_long_name_indeed</title>" in svg
 
 
 def test_symbols_and_labels():
@@ -356,195 +356,3 @@ def test_without_matplotlib_figures_say_what_to_install(monkeypatch, tmp_path):
     with pytest.raises(MissingDependencyError, match=said):
         save_curves(tmp_path / "score", SERIES, **AXES)
     assert "<svg" in curves_svg(SERIES, **AXES)  # the report does not need it
-
-
-# --- the report -------------------------------------------------------------------------------------------
-
-RESULT = {
-    "supremal": "0.1.0",
-    "task": "grid",
-    "source": "A paper, 2022",
-    "partial": False,
-    "seed": 1,
-    "seeds": 2,
-    "settings": {
-        "episodes": 500_000,
-        "episode_steps": 60,
-        "alpha": 0.1,
-        "gamma": 0.9,
-        "epsilon": 0.25,
-        "epsilon_decay": 0.95,
-        "decay_every": 10_000,
-    },
-    "check": {
-        "verdict": "enforceable",
-        "plants": [{"name": "grid", "states": 4032}],
-        "rules": [
-            {
-                "name": "H_1",
-                "sentence": "No <script>alert(1)</script> U-turn.",
-                "states": 3,
-                "transitions": 10,
-                "controllable": True,
-                "witness": None,
-                "without_plant": {"controllable": True, "witness": None, "text": "The plant is not needed."},
-            },
-            {
-                "name": "G_s'",
-                "sentence": "After a drop: put down 2 and 3, then pick up 1, 2, 3",
-                "states": 6,
-                "transitions": 16,
-                "controllable": True,
-                "witness": None,
-                "without_plant": {
-                    "controllable": False,
-                    "witness": {"word": ["d_u"], "event": "d_u", "plant_state": "0", "spec_state": "w1"},
-                    "text": "",
-                },
-            },
-        ],
-    },
-    "product": {"states": 12_380, "state_actions": 24_110, "disabled": 31_740},
-    "optimal": {"value": -90.844936, "bound": 3e-12, "expected_steps": 41.0, "steps_undisturbed": 35.0},
-    "greedy": {
-        "value": -90.844936,
-        "bound": 1e-12,
-        "gap": 0.0,
-        "completion": 1.0,
-        "violation_probability": 0.0,
-    },
-    "training": {
-        "violations": 0,
-        "steps": 27_612_345,
-        "seconds": 41.3,
-        "steps_per_second": 668_580.0,
-        "final_epsilon": 0.0192,
-        "interval": 10_000,
-        "score": [-979.0, -305.0],
-        "completion": [0.0, 0.946],
-    },
-    "baseline": {
-        "violations": 1_491_949,
-        "violations_per_episode": 2.98,
-        "steps": 21_392_793,
-        "score": [-900.0, -290.0],
-        "completion": [0.0, 0.99],
-        "greedy": {"value": -90.78, "completion": 1.0, "violation_probability": 1.0},
-    },
-    "comparison": [{"what": "Average score, episodes 1–10,000", "reported": "-979.3", "here": None}],
-    "per_seed": [
-        {"seed": seed, "greedy_value": -90.8, "gap": 0.0, "completion": 0.99999, "violations": 0}
-        for seed in (1, 2)
-    ],
-}
-DIAGRAMS = [
-    Diagram("H", automaton_svg(H)),
-    Diagram("R", reward_machine_svg(MACHINE), "What <b>pays</b> at u_4", wide=True),
-]
-
-
-def visible(page):
-    """Return the words of the page."""
-    body = re.sub(r"<(style|svg|head)\b.*?</\1>", " ", page, flags=re.DOTALL)
-    return " ".join(re.sub(r"<[^>]+>", "", body).split())
-
-
-def test_the_report_says_what_was_found():
-    page = report_html(RESULT, diagrams=DIAGRAMS, charts=[curves_svg(SERIES, **AXES)])
-    words = visible(page)
-    assert "The rules can be kept, and were: no\xa0violation in 27,612,345 steps of training." in page
-    for said in (
-        "The learned policy is worth −90.8449, the best that the rules allow, and completes the task in",
-        "the same learner broke them 1,491,949 times",
-        "What can happen: grid, 4,032 states.",
-        "After du, du can happen again, which nobody controls and the rule forbids.",
-        "Rule automaton: 3 states, 10 transitions.",
-        "−979.3",
-        "3 × 10⁻¹²",
-        "Completed, last interval94.6 %99 %",
-        "99.99 %",
-        "668,580 steps a second",
-        "Discount γ0.9",
-    ):
-        assert said in words.replace("\xa0", " "), said
-    assert page.count('class="sm-diagram"') == 2
-    assert page.count('class="sm-chart"') == 1
-
-
-def test_the_report_escapes_names():
-    page = report_html(RESULT, diagrams=DIAGRAMS)
-    assert "<script" not in page
-    assert "No &lt;script&gt;alert(1)&lt;/script&gt; U-turn" in page
-    assert "What &lt;b&gt;pays&lt;/b&gt; at <i>u</i><sub>4</sub>" in page
-
-
-def test_the_report_loads_nothing():
-    page = report_html(RESULT, diagrams=DIAGRAMS, charts=[curves_svg(SERIES, **AXES)])
-    assert set(re.findall(r"https?://[^\s\"'<>]+", page)) == {
-        "http://www.w3.org/2000/svg"
-    }  # a name, not an address
-    assert not re.search(r"<(link|script|img|iframe|object|embed)\b|@import|url\(|\bsrc=", page)
-
-
-def test_the_report_is_one_outline():
-    page = report_html(RESULT, diagrams=DIAGRAMS)
-    assert page.count("<h1>") == page.count("<main") == 1
-    assert page.startswith("<!DOCTYPE html>")
-    assert '<html lang="en">' in page
-    targets = re.findall(r'href="#(\w+)"', page)
-    assert targets
-    assert set(targets) <= set(re.findall(r'id="(\w+)"', page))
-
-
-def test_an_interrupted_run_says_so_and_shows_dashes():
-    training = RESULT["training"] | {"steps_per_second": None, "seconds": None}
-    page = report_html(RESULT | {"partial": True, "greedy": None, "baseline": None, "training": training})
-    words = visible(page)
-    assert "This run was interrupted. It stopped after 20,000 of 500,000 episodes." in words
-    assert "–" in words
-    assert "interrupted" not in visible(report_html(RESULT))
-
-
-def test_missing_parts_are_left_out():
-    page = report_html({})
-    assert "A run without a check." in page
-    assert re.findall(r'<section id="(\w+)"', page) == ["settings"]
-    report_html(
-        {"check": {"verdict": "enforceable"}, "training": {}, "greedy": {"value": None}, "comparison": []}
-    )
-
-
-def test_rules_that_cannot_be_kept():
-    rule = {"name": "r", "controllable": False, "witness": {"word": ["a", "b"], "event": "fault"}}
-    page = report_html({"check": {"verdict": "not_enforceable", "rules": [rule]}})
-    words = visible(page)
-    assert "These rules cannot be kept." in words
-    assert "After a b, fault can happen, which nobody controls and the rule forbids." in words
-    assert '<li class="last">fault</li>' in page
-
-
-def test_rules_that_can_be_kept_in_part():
-    page = report_html(RESULT | {"check": RESULT["check"] | {"verdict": "enforceable_in_part"}})
-    assert "The rules can be kept by forbidding more than they do, and were: no" in visible(page)
-
-
-def test_broken_rules_are_not_hidden():
-    training = RESULT["training"] | {"violations": 2}
-    assert "but were broken twice in" in report_html(RESULT | {"training": training})
-
-
-def test_nothing_is_rounded_in_favour_of_the_run():
-    assert _words.percent(0.999999) == "99.99\xa0%"
-    assert _words.percent(1e-9) == "<\xa00.01\xa0%"
-    assert _words.percent(float("nan")) == "–"
-    assert (
-        _words.gap({"greedy": {"gap": 1e-13, "bound": 1e-12}, "optimal": {"bound": 1e-12}})
-        == "≤\xa03 × 10⁻¹²"
-    )
-    assert _words.gap({"greedy": {"gap": 0.25}}) == "0.2500"
-    lede = _words.lede({"greedy": {"value": -1.0, "gap": 0.25}, "baseline": {"violations": 1}})
-    assert lede == [
-        "The learned policy is worth −1.0000, 0.2500 below the best that the rules allow.",
-        "Without the rules, the same learner broke them once.",
-    ]
-    assert _words.witness_sentence({"word": [], "event": "f"}).startswith("at once, f can happen, ")

@@ -6,6 +6,10 @@ people say it), ``synthesis`` (what can be enforced), ``decisions`` (what each c
 (how to learn it by trying), and the porch: ``envs``, ``formats``, ``show``, ``task`` and ``cli``.
 """
 
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, Final
+
+from supremal import _notebook
 from supremal.automata.alphabet import Alphabet
 from supremal.automata.automaton import Automaton
 from supremal.automata.boolean import difference, language_union, meet
@@ -95,6 +99,11 @@ from supremal.synthesis.verify import (
 )
 from supremal.synthesis.witnesses import explain_blocking, explain_violation
 
+if TYPE_CHECKING:
+    from supremal.envs.supervised import SupervisedEnv
+    from supremal.envs.supervised_vector import SupervisedVectorEnv
+    from supremal.task.reading import read_task
+
 __all__ = [
     "Alphabet",
     "AlphabetError",
@@ -124,6 +133,8 @@ __all__ = [
     "RuleError",
     "Schedule",
     "Settings",
+    "SupervisedEnv",
+    "SupervisedVectorEnv",
     "Supervisor",
     "SupremalError",
     "TableResult",
@@ -199,6 +210,7 @@ __all__ = [
     "quotient",
     "reach_probability",
     "reachable",
+    "read_task",
     "reduce_supervisor",
     "regret",
     "relabel",
@@ -232,3 +244,19 @@ __all__ = [
     "words",
 ]
 __version__ = "0.1.0"
+
+_LATE: Final = {  # what imports Gymnasium or the porch, and so comes when it is asked for
+    "SupervisedEnv": "supremal.envs.supervised",
+    "SupervisedVectorEnv": "supremal.envs.supervised_vector",
+    "read_task": "supremal.task.reading",
+}
+
+
+def __getattr__(name: str) -> Any:  # noqa: ANN401 - a class or a function
+    if name not in _LATE:
+        message = f"module {__name__!r} has no attribute {name!r}"
+        raise AttributeError(message)
+    return globals().setdefault(name, getattr(import_module(_LATE[name]), name))
+
+
+_notebook.attach()

@@ -17,6 +17,7 @@ import numpy as np
 
 from supremal._arrays import NONE
 from supremal.automata.automaton import Automaton
+from supremal.decisions.reward_machine import RewardMachine
 from supremal.formats._names import part_names, state_names
 from supremal.formats.model import Model
 
@@ -44,6 +45,35 @@ def write(model: Model) -> str:
     <BLANKLINE>
     """
     return "\n".join(_lines(model)) + "\n"
+
+
+def write_machine(machine: RewardMachine) -> str:
+    r"""Return a reward machine as a directed graph; an edge says its guard and its reward.
+
+    Examples
+    --------
+    >>> from supremal import reward_machine
+    >>> print(write_machine(reward_machine(["c"], [("u", "c", "v", 1.0)], name="coffee")))
+    digraph "coffee" {
+      rankdir=LR;
+      node [shape=circle];
+      "start" [shape=point, style=invis];
+      "0" [label="u"];
+      "1" [label="v"];
+      "start" -> "0";
+      "0" -> "1" [label="c, 1"];
+    }
+    <BLANKLINE>
+    """
+    number = {name: u for u, name in enumerate(machine.states)}
+    lines = [f"digraph {_quoted(machine.name or 'rewards')} {{", "  rankdir=LR;", "  node [shape=circle];"]
+    lines.append('  "start" [shape=point, style=invis];')
+    lines += [f'  "{u}" [label={_quoted(name)}];' for name, u in number.items()]
+    lines.append('  "start" -> "0";')
+    for edge in machine.edges:
+        said = _quoted(f"{edge.guard}, {edge.reward:g}")
+        lines.append(f'  "{number[edge.source]}" -> "{number[edge.target]}" [label={said}];')
+    return "\n".join([*lines, "}"]) + "\n"
 
 
 def lacks(model: Model) -> list[str]:  # noqa: ARG001 - every format is asked the same

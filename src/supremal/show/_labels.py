@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 
 from supremal._arrays import Floats
-from supremal.show._layout import Curve, Link
+from supremal.show._curves import Curve, Link
 
 _ALONG: Final = (20, 17, 23, 14, 26, 11, 29, 8, 32)  # of 41 points
 _AWAY: Final = (4.0, 8.0, 13.0)
@@ -96,14 +96,24 @@ def settle(
         if chosen == before:
             break
     centres = np.array([options[k][chosen[k]] for k in range(len(links))]).reshape(-1, 2)
-    return centres, _worst(centres, links, where, margin - 3)
+    return centres, worst(centres, links, where, margin - 3)
 
 
-def _worst(centres: Floats, links: Sequence[Link], where: Floats, margin: Floats) -> float:
-    worst = 0.0
-    for k, link in enumerate(links):
+def worst(centres: Floats, links: Sequence[Link], where: Floats, radius: Floats) -> float:
+    """Return how deep the worst label lies on a node or on another label; 0 where none does."""
+    sizes = np.array([[link.w, link.h] for link in links]).reshape(-1, 2)
+    boxes, found = np.hstack([centres, sizes]), 0.0
+    for k, (w, h) in enumerate(sizes.tolist()):
         at = centres[k : k + 1]
-        worst = max(worst, float(touching(at, link.w, link.h, where, margin).max(initial=0)))
-        boxes = np.array([[*centres[j], links[j].w, links[j].h] for j in range(k)]).reshape(-1, 4)
-        worst = max(worst, float(covered(at, link.w, link.h, boxes).max(initial=0)))
-    return worst
+        found = max(found, float(touching(at, w, h, where, radius).max(initial=0)))
+        found = max(found, float(covered(at, w, h, boxes[:k]).max(initial=0)))
+    return found
+
+
+def on_lines(centres: Floats, links: Sequence[Link], curves: Sequence[Curve]) -> list[bool]:
+    """Tell of each label whether some curve runs beneath it."""
+    points = np.vstack([curve.points for curve in curves])
+    halves = np.array([[link.w / 2, link.h / 2] for link in links]).reshape(-1, 2)
+    return [
+        bool((np.abs(points - at) < half).all(axis=1).any()) for at, half in zip(centres, halves, strict=True)
+    ]

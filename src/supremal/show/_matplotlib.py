@@ -7,6 +7,7 @@ date nor a version is written into them.
 from __future__ import annotations
 
 from contextlib import AbstractContextManager
+from io import BytesIO
 from pathlib import Path
 from typing import Any, Final
 
@@ -18,11 +19,27 @@ try:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.backends.backend_svg import FigureCanvasSVG
     from matplotlib.figure import Figure
+    from matplotlib.font_manager import FontProperties
+    from matplotlib.patches import PathPatch
+    from matplotlib.path import Path as Outline
+    from matplotlib.textpath import TextPath
 except ImportError:
     package = "matplotlib"
     raise MissingDependencyError(package, extra="plot", purpose="drawing figures") from None
 
-__all__ = ["Axes", "house_style", "new_figure", "write"]
+__all__ = [
+    "Axes",
+    "Figure",
+    "FontProperties",
+    "Outline",
+    "PathPatch",
+    "TextPath",
+    "bare_axes",
+    "house_style",
+    "new_figure",
+    "png_bytes",
+    "write",
+]
 
 _RC: Final[Any] = {
     "font.family": "sans-serif",
@@ -44,6 +61,24 @@ def house_style() -> AbstractContextManager[None]:
 def new_figure(width: float, height: float) -> Figure:
     """Return an empty figure of ``width`` × ``height`` inches."""
     return Figure(figsize=(width, height), layout="constrained", facecolor="white")
+
+
+def bare_axes(left: float, top: float, width: float, height: float) -> Axes:
+    """Return axes that fill a figure and show nothing by themselves: one unit is one point, y points down."""
+    figure = Figure(figsize=(width / 72, height / 72), facecolor="white")
+    axes = figure.add_axes((0, 0, 1, 1), frameon=False)
+    axes.set(xlim=(left, left + width), ylim=(top + height, top), xticks=[], yticks=[])
+    return axes
+
+
+def png_bytes(axes: Axes, scale: float) -> bytes:
+    """Return the figure of ``axes`` as a PNG with ``scale`` pixels a point."""
+    figure, buffer = axes.get_figure(root=True), BytesIO()
+    if figure is None:  # pragma: no cover - `bare_axes` made one
+        return b""
+    FigureCanvasAgg(figure)
+    figure.savefig(buffer, dpi=72 * scale, metadata={"Software": None})
+    return buffer.getvalue()
 
 
 def write(figure: Figure, stem: Path) -> list[Path]:

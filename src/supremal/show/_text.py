@@ -17,9 +17,16 @@ LEADING: Final = 17.0
 """From one base line to the next."""
 _SUB: Final = 0.72  # the size of a subscript, as a part of the text's
 _MONO: Final = 0.8  # guards are code, and code looks larger than text
+_NAME: Final = 9  # letters of the name of a state, on one line,
+_WORD: Final = 12  # and where it has a longer word
+_ROWS: Final = 3
 _LETTERS: Final = 20  # of a guard, on one line
-_NARROW: Final = frozenset("ijlft.,:;|!'()[]{} /\\")
-_WIDE: Final = frozenset("mwMWΣ⟨⟩…—@%")
+_WIDTHS: Final = {
+    **dict.fromkeys("ijlft.,:;|!'()[]{} /\\", 0.31),
+    **dict.fromkeys("mwΣ⟨⟩…—@%", 0.8),
+    **dict.fromkeys("MW", 0.94),
+}
+"""Of letters that are not like most, as parts of the size of the text."""
 _SYMBOL: Final = re.compile(r"(?P<base>[^\W\d_])(?:_(?P<under>\w{1,2})|(?P<number>\d{1,2}))$")
 _LISTED: Final = 6  # the most events of an edge that are named one by one
 _BRIEF: Final = 4  # up to here a list is as short as "all but"
@@ -72,12 +79,7 @@ def width(line: Line, size: float = SIZE) -> float:
             continue
         scale = size * (_SUB if run.sub else 1.0)
         for letter in run.text:
-            if letter in _NARROW:
-                total += 0.31 * scale
-            elif letter in _WIDE:
-                total += 0.8 * scale
-            else:
-                total += (0.66 if letter.isupper() else 0.53) * scale
+            total += scale * _WIDTHS.get(letter, 0.72 if letter.isupper() else 0.53)
     return total
 
 
@@ -89,6 +91,47 @@ def box(lines: Sequence[Line]) -> tuple[float, float]:
 def shorten(name: str, limit: int) -> str:
     """Return ``name`` with at most ``limit`` letters, the last of them "…" where some are left out."""
     return name if len(name) <= limit else name[: limit - 1] + "…"
+
+
+def in_lines(name: str) -> tuple[Line, ...]:
+    """Return the name of a state as a node has room for it: in up to three lines, and what is longer cut.
+
+    Examples
+    --------
+    >>> [plain([line]) for line in in_lines("working, idle, (0,2)")]
+    ['working,', 'idle,', '(0,2)']
+    >>> [plain([line]) for line in in_lines("a_very_long_name_indeed")]
+    ['a_very_', 'long_', 'name_ind…']
+    """
+    if len(name) <= _NAME:
+        return (symbol(name),)
+    lines: list[str] = []
+    for part in _syllables(name):
+        if lines and len((lines[-1] + part).rstrip()) <= _NAME:
+            lines[-1] += part
+        else:
+            lines.append(part)
+    if len(lines) > _ROWS:
+        lines[_ROWS - 1 :] = ["".join(lines[_ROWS - 1 :])]
+    *lines, last = map(str.rstrip, lines)
+    cut = shorten(last, _WORD if last in name.split() else _NAME)
+    return tuple((Run(line),) for line in (*(shorten(line, _WORD) for line in lines), cut))
+
+
+def _syllables(name: str) -> list[str]:
+    """Return the parts between which a name may be broken: words, and of long ones what "_", "-" or "," end.
+
+    Examples
+    --------
+    >>> _syllables("(0,2) half_loaded")
+    ['(0,2) ', 'half_', 'loaded']
+    """
+    words = re.findall(r"\S+\s*", name)
+    return [
+        part
+        for word in words
+        for part in ([word] if len(word.rstrip()) <= _NAME else re.findall(r".+?(?:[_,-]\s*|$)", word))
+    ]
 
 
 def joined(words: Sequence[Line], *, across: float = 120.0) -> tuple[Line, ...]:

@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from math import floor, isfinite
 from typing import Any, Final, TypeGuard
 
+from supremal.show._story import told_word
 from supremal.show._text import escape
 
 MISSING: Final = "\u2013"
@@ -33,12 +34,12 @@ def integer(value: object) -> str:
 
 
 def decimal(value: object, digits: int = 2) -> str:
-    """Return ``value`` with ``digits`` decimals; what only they would hide is told with a power of ten.
+    r"""Return ``value`` with ``digits`` decimals; what only they would hide is told with a power of ten.
 
     Examples
     --------
     >>> decimal(1234.5), decimal(2e-9, 4), decimal(None)
-    ('1,234.50', '2 × 10⁻⁹', '–')
+    ('1,234.50', '2\xa0×\xa010⁻⁹', '–')
     """
     if not is_number(value):
         return MISSING
@@ -46,7 +47,7 @@ def decimal(value: object, digits: int = 2) -> str:
         return "0"
     if abs(value) < 0.5 * 10.0**-digits:
         mantissa, power = f"{value:.1e}".split("e")
-        text = f"{mantissa.removesuffix('.0')} \u00d7 10{str(int(power)).translate(_UP)}"
+        text = f"{mantissa.removesuffix('.0')}\u00a0\u00d7\u00a010{str(int(power)).translate(_UP)}"
     else:
         text = f"{value:,.{digits}f}"
     return text.replace("-", "\u2212")
@@ -70,6 +71,34 @@ def percent(value: object) -> str:
     return f"{share:.2f}".rstrip("0").rstrip(".") + "\u00a0%"
 
 
+def setting(value: object) -> object:
+    """Return a setting as it is read: a schedule (see `supremal.learning.schedules`) in few words.
+
+    Examples
+    --------
+    >>> setting({"kind": "exponential", "start": 0.25, "factor": 0.95, "episodes": 10_000})
+    '0.25, × 0.95 every 10,000'
+    >>> setting({"kind": "visits", "power": 0.55}), setting(0.1), setting(None)
+    ('1 / (1 + visits)^0.55', 0.1, '–')
+    """
+    if value is None:
+        return MISSING
+    if not isinstance(value, Mapping):
+        return value
+    start, over = value.get("start"), integer(value.get("episodes"))
+    match value.get("kind"):
+        case "exponential":
+            return f"{start}, \u00d7 {value.get('factor')} every {over}"
+        case "linear":
+            return f"{start} to {value.get('end')} over {over}"
+        case "harmonic":
+            return f"{start}, halved after {over}"
+        case "visits":
+            return f"1 / (1 + visits)^{value.get('power')}"
+        case _:
+            return setting(start)
+
+
 def count(value: object, one: str, many: str = "") -> str:
     """Return a number of things: "no violation", "1 violation", "2 violations".
 
@@ -91,7 +120,8 @@ def witness_sentence(witness: Mapping[str, Any]) -> str:
     >>> witness_sentence({"word": ["d_u"], "event": "d_u"})
     'after d_u, d_u can happen again, which nobody controls and the rule forbids'
     """
-    word, event = list(witness.get("word") or []), witness.get("event", "an event")
+    steps, event = told_word(witness.get("word") or (), ()), witness.get("event", "an event")
+    word = [name for name, who in steps if who != "seen"]
     after = f"after {' '.join(word)}" if word else "at once"
     again = " again" if event in word else ""
     return f"{after}, {event} can happen{again}, which nobody controls and the rule forbids"
@@ -125,12 +155,12 @@ def sentence(text: str) -> str:
     return start if start[-1:] in (".", "!", "?", "") else start + "."
 
 
-def headline(result: Mapping[str, Any]) -> str:
-    """Return the verdict of the whole run in one sentence."""
+def headline(result: Mapping[str, Any], *, idle: bool = False) -> str:
+    """Return the verdict of the whole run in one sentence; ``idle``: nothing to choose is ever enabled."""
     check, training = result.get("check") or {}, result.get("training") or {}
     if check.get("verdict") not in _KEPT:
         return "These rules cannot be kept." if check else "A run without a check."
-    can = _KEPT[check["verdict"]]
+    can = "The rules can be kept only by never doing anything" if idle else _KEPT[check["verdict"]]
     broken, steps = training.get("violations"), training.get("steps")
     if not is_number(broken) or not is_number(steps) or not steps:
         return f"{can}."
@@ -152,12 +182,25 @@ def lede(result: Mapping[str, Any]) -> list[str]:
 
 
 def gap(result: Mapping[str, Any]) -> str:
-    """Return how far the learned policy is below the best: never less than the error bounds can tell."""
+    """Return how far the learned policy is below the best; what the error bounds cannot tell from 0 is 0.
+
+    Examples
+    --------
+    >>> gap({"greedy": {"gap": -4e-13, "bound": 1e-12}}), gap({"greedy": {"gap": 0.25}})
+    ('0', '0.2500')
+    """
     greedy, optimal = result.get("greedy") or {}, result.get("optimal") or {}
-    below = greedy.get("gap")
-    if is_number(below) and below and _is_best(greedy, optimal):
-        return f"\u2264\u00a0{decimal(_bounds(greedy, optimal), 4)}"
-    return decimal(below, 4)
+    return below(greedy.get("gap"), _bounds(greedy, optimal))
+
+
+def below(value: object, bound: float = 0.0) -> str:
+    """Return a difference, "0" where ``bound`` cannot tell it from none."""
+    return "0" if is_number(value) and abs(value) <= bound else decimal(value, 4)
+
+
+def bounds(result: Mapping[str, Any]) -> float:
+    """Return how far the difference of the learned and the best value may be off."""
+    return _bounds(result.get("greedy") or {}, result.get("optimal") or {})
 
 
 def _bounds(*parts: Mapping[str, Any]) -> float:

@@ -2,7 +2,8 @@
 
 The signs are those of the textbooks.  An arrow from nowhere points at the initial state; a double ring marks
 a state; a dashed edge is one that nobody controls, a dash-dotted one carries both kinds of events.  A trap
-(the paper's s_a, or an unmarked state that is never left) is an octagon, the sign for "stop".
+(the paper's s_a, or an unmarked state that is never left) is an octagon, the sign for "stop".  The current
+state is filled, what was removed is hatched, and a disabled edge is crossed out.
 
 The ink is the text colour of the page.  A page may set the CSS variables ``--diagram-ink``, ``-paper``,
 ``-stop`` and ``-free``; without them all colours can be read on light and on dark ground.
@@ -10,61 +11,47 @@ The ink is the text colour of the page.  A page may set the CSS variables ``--di
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from math import cos, pi, sin
-from typing import Final
+from math import hypot
+from typing import Final, TypeAlias
 
 import numpy as np
 
-from supremal._arrays import NONE, Floats
+from supremal._arrays import NONE, Bools
 from supremal.automata.automaton import Automaton
 from supremal.decisions.reward_machine import RewardMachine
-from supremal.show._labels import settle
-from supremal.show._layout import Curve, Link, head, place, route
+from supremal.errors import AutomatonError
+from supremal.show._curves import Drawing, Link
+from supremal.show._labels import on_lines
+from supremal.show._layout import Layout, arrange
+from supremal.show._scene import Frame, Group, Scene, Words, svg_of
+from supremal.show._shapes import arrow, cross, node, on_plate
 from supremal.show._text import (
+    LEADING,
     Line,
     Run,
-    as_svg,
     box,
-    escape,
     event_label,
     guard_label,
-    shorten,
-    symbol,
+    in_lines,
     width,
 )
+from supremal.show.legend import with_legend
+from supremal.show.neighbourhood import find_state, neighbourhood, numbers_of
 
 MAX_STATES: Final = 60
-"""Automata with more states are told in numbers, not drawn."""
-_SMALL: Final = 12  # up to here a larger ring is tried where labels do not fit
-_PAD: Final = 10.0
+"""Of automata with more states a part is drawn, or they are told in numbers."""
 
-_STYLE: Final = """
-.sm-diagram{--d-paper:var(--diagram-paper,Canvas);--d-stop:var(--diagram-stop,#c9561d);--d-free:var(--diagram-free,#1f82b5);
-color:var(--diagram-ink,currentColor)}
-.sm-diagram .node{fill:currentColor;fill-opacity:.05;stroke:currentColor;stroke-width:1.4}
-.sm-diagram .ring{fill:none;stroke:currentColor;stroke-width:1.1}.sm-diagram .trap{color:var(--d-stop)}
-.sm-diagram .edge path{fill:none;stroke:currentColor;stroke-width:1.4;stroke-linecap:round}
-.sm-diagram .edge path.head{fill:currentColor;stroke:none}
-.sm-diagram .edge.free path{stroke-dasharray:5.5 4.5}.sm-diagram .edge.mixed path{stroke-dasharray:9 4 1.5 4}
-.sm-diagram .edge.stop{color:var(--d-stop)}.sm-diagram .edge.stop path{stroke-width:1.1}
-.sm-diagram text{font-family:"STIX Two Text",Cambria,Georgia,"Times New Roman",serif;text-anchor:middle;
-fill:currentColor}
-.sm-diagram .name,.sm-diagram .label{font-size:14px;font-style:italic}.sm-diagram .sub{font-size:10px}
-.sm-diagram .label{paint-order:stroke;stroke:var(--d-paper);stroke-width:5px;stroke-linejoin:round}
-.sm-diagram .set{font-style:normal}.sm-diagram .label .free{fill:var(--d-free);font-weight:600}
-.sm-diagram .guard,.sm-diagram .reward{font:11.2px ui-monospace,"SF Mono","DejaVu Sans Mono",monospace}
-.sm-diagram .guard{fill-opacity:.78}.sm-diagram .reward{font-weight:700}
-.sm-diagram .notice{font:15px system-ui,sans-serif}
-"""
+State: TypeAlias = int | str
+_TOLD: Final = 400  # letters of what is said of an edge
+_PAD: Final = 10.0
 
 
 @dataclass(frozen=True, slots=True)
 class _Node:
     name: str
-    ring: bool = False
-    trap: bool = False
+    signs: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,51 +60,143 @@ class _Edge:
     target: int
     lines: tuple[Line, ...]
     told: str
-    kind: str = ""
+    signs: tuple[str, ...] = ()
 
 
-def automaton_svg(automaton: Automaton, *, title: str = "") -> str:
+def automaton_svg(
+    automaton: Automaton,
+    *,
+    title: str = "",
+    layout: Layout = "auto",
+    around: State | None = None,
+    current: State | None = None,
+    removed: Bools | Iterable[State] | None = None,
+    enabled: Bools | None = None,
+    legend: bool = False,
+) -> str:
     r"""Return a picture of ``automaton`` as the text of one ``<svg>`` element.
 
     Parameters
     ----------
     automaton
-        What to draw; with more than 60 states the picture only says how large it is.
+        What to draw; with more than 60 states the picture only says how large it is, if not ``around``
+        something.
     title
         What screen readers and tooltips call it; left out: its name.
+    layout
+        "circle", "layered" or "graphviz", where that is installed; "auto" chooses one of the first two, and
+        gives the same picture on every machine.
+    around
+        A state, by its number or name: only what lies around it is drawn, as far as 60 states allow.
+    current
+        A state that is filled: where a run is.
+    removed
+        ``bool [S]``, or the states themselves: drawn hatched, and their edges light.
+    enabled
+        ``bool [S, E]``: edges of other events are crossed out.
+    legend
+        Whether it has a legend, of the signs that it uses.
+
+    Raises
+    ------
+    AutomatonError
+        If there is no such state, or a mask does not fit.
+    ModelError
+        If there is no such layout, or Graphviz fails where it is asked for.
+
+    Notes
+    -----
+    Of 60 states with 120 edges in about a second of one core, with 200 edges in two.
 
     Examples
     --------
     >>> from supremal import from_text
-    >>> svg = automaton_svg(from_text("dark -on-> lit \n lit -off-> dark"), title="A lamp")
+    >>> svg = automaton_svg(from_text("dark -on-> lit \n lit -off-> dark"), title="A lamp", current="lit")
     >>> svg.startswith("<svg"), "A lamp" in svg
     (True, True)
     """
+    return svg_of(
+        automaton_scene(
+            automaton, title=title, layout=layout, around=around, current=current, removed=removed,
+            enabled=enabled, legend=legend,
+        )
+    )  # fmt: skip
+
+
+def automaton_scene(
+    automaton: Automaton,
+    *,
+    title: str = "",
+    layout: Layout = "auto",
+    around: State | None = None,
+    current: State | None = None,
+    removed: Bools | Iterable[State] | None = None,
+    enabled: Bools | None = None,
+    legend: bool = False,
+) -> Scene:
+    """Return the picture that `automaton_svg` writes, as marks."""
     title = title or automaton.name or "Automaton"
-    if automaton.n_states > MAX_STATES:
-        size = f"{automaton.n_states:,} states, {automaton.n_transitions:,} transitions"
-        return _notice(title, f"{size}: too large to draw")
     if automaton.n_states == 0:
         return _notice(title, "the empty automaton: no state, no word")
-    traps = _traps(automaton)
+    now = None if current is None else find_state(automaton, current)
+    gone = np.isin(np.arange(automaton.n_states), numbers_of(automaton, () if removed is None else removed))
+    enabled = _checked(automaton, enabled)
+    if around is not None:
+        near = neighbourhood(automaton, around, most=MAX_STATES)
+        kept, note, opened, focus = near.states.tolist(), str(near), near.open, near.centre
+    elif automaton.n_states > MAX_STATES:
+        size = f"{automaton.n_states:,} states, {automaton.n_transitions:,} transitions"
+        return _notice(title, f"{size}: too large to draw")
+    else:
+        kept, note, opened, focus = list(range(automaton.n_states)), "", np.zeros(0, np.bool_), None
+    traps = _traps(automaton, kept) - set(np.flatnonzero(gone).tolist())
     some = bool((~automaton.marked).any())
-    nodes = [
-        _Node(automaton.state_name(s), some and bool(automaton.marked[s]), s in traps)
-        for s in range(automaton.n_states)
-    ]
-    return _draw(nodes, _event_edges(automaton, traps), title)
+    nodes = []
+    for at, s in enumerate(kept):
+        signs = {
+            "marked": some and automaton.marked[s],
+            "open": opened.size and opened[at],
+            "focus": s == focus,
+            "current": s == now,
+            "removed": gone[s],
+            "trap": s in traps,
+        }
+        nodes.append(_Node(automaton.state_name(s), tuple(name for name, has in signs.items() if has)))
+    edges = _event_edges(automaton, kept, traps, gone, enabled)
+    scene = _scene(nodes, edges, title, layout, entered=kept[0] == 0)
+    return with_legend(scene, note) if legend or note else scene
 
 
-def reward_machine_svg(machine: RewardMachine, *, title: str = "") -> str:
+def reward_machine_svg(
+    machine: RewardMachine,
+    *,
+    title: str = "",
+    layout: Layout = "auto",
+    current: State | None = None,
+    legend: bool = False,
+) -> str:
     """Return a picture of ``machine`` as the text of one ``<svg>`` element.
 
-    An edge says its guard, as it was written, and its reward.  ``title`` is as in `automaton_svg`.
+    An edge says its guard, as it was written, and its reward.  The arguments are those of `automaton_svg`.
     """
+    return svg_of(machine_scene(machine, title=title, layout=layout, current=current, legend=legend))
+
+
+def machine_scene(
+    machine: RewardMachine,
+    *,
+    title: str = "",
+    layout: Layout = "auto",
+    current: State | None = None,
+    legend: bool = False,
+) -> Scene:
+    """Return the picture that `reward_machine_svg` writes, as marks."""
     title = title or machine.name or "Reward machine"
     if len(machine.states) > MAX_STATES:
         size = f"{len(machine.states):,} states, {len(machine.edges):,} edges"
         return _notice(title, f"{size}: too large to draw")
     number = {name: u for u, name in enumerate(machine.states)}
+    now = number.get(current, current) if isinstance(current, str) else current
     merged: dict[tuple[int, int], dict[float, list[str]]] = {}
     for edge in machine.edges:
         earned = merged.setdefault((number[edge.source], number[edge.target]), {})
@@ -131,112 +210,118 @@ def reward_machine_svg(machine: RewardMachine, *, title: str = "") -> str:
         )
         for (u, v), earned in merged.items()
     ]
-    return _draw([_Node(name) for name in machine.states], edges, title)
+    nodes = [_Node(name, ("current",) if u == now else ()) for u, name in enumerate(machine.states)]
+    scene = _scene(nodes, edges, title, layout)
+    return with_legend(scene) if legend else scene
 
 
-def _traps(automaton: Automaton) -> frozenset[int]:
+# --- what there is to draw --------------------------------------------------------------------------------
+
+
+def _checked(automaton: Automaton, enabled: Bools | None) -> Bools:
+    if enabled is None:
+        return np.ones(automaton.delta.shape, np.bool_)
+    if np.shape(enabled) != automaton.delta.shape:
+        message = (
+            f"automaton {automaton.name!r}: enabled has shape {np.shape(enabled)}, "
+            f"{automaton.delta.shape} is needed"
+        )
+        raise AutomatonError(message)
+    return np.asarray(enabled, np.bool_)
+
+
+def _traps(automaton: Automaton, kept: Sequence[int]) -> frozenset[int]:
     """Return the states drawn as "stop": s_a, and what is unmarked and never left, if any state is marked."""
-    loops = automaton.delta == np.arange(automaton.n_states)[:, None]
-    stuck = ~automaton.marked & (loops | (automaton.delta == NONE)).all(axis=1) & automaton.marked.any()
-    named = [automaton.state_name(s).rstrip("'") == "s_a" for s in range(automaton.n_states)]
-    return frozenset(np.flatnonzero(stuck | named).tolist())
+    delta = automaton.delta[kept]
+    loops = delta == np.array(kept)[:, None]
+    stuck = ~automaton.marked[kept] & (loops | (delta == NONE)).all(axis=1) & automaton.marked.any()
+    named = [automaton.state_name(s).rstrip("'") == "s_a" for s in kept]
+    return frozenset(np.array(kept)[stuck | named].tolist())
 
 
-def _event_edges(automaton: Automaton, traps: frozenset[int]) -> list[_Edge]:
-    """Return one edge for each source and target, with all events that lead there."""
-    sigma = automaton.alphabet
-    merged: dict[tuple[int, int], list[str]] = {}
-    for s, e in np.argwhere(automaton.delta != NONE).tolist():
-        merged.setdefault((s, int(automaton.delta[s, e])), []).append(sigma.names[e])
+def _event_edges(
+    automaton: Automaton, kept: Sequence[int], traps: frozenset[int], gone: Bools, enabled: Bools
+) -> list[_Edge]:
+    """Return one edge for each source, target and way of drawing, with all events that lead there."""
+    sigma, place = automaton.alphabet, {s: at for at, s in enumerate(kept)}
+    merged: dict[tuple[int, int, bool], list[str]] = {}
+    for at, e in np.argwhere(automaton.delta[kept] != NONE).tolist():
+        s = kept[at]
+        t = int(automaton.delta[s, e])
+        if t in place:
+            merged.setdefault((s, t, bool(enabled[s, e])), []).append(sigma.names[e])
     edges = []
-    for (s, t), events in merged.items():
+    for (s, t, allowed), events in merged.items():
         free = sum(name in sigma.uncontrollable for name in events)
-        kind = "" if not free else "free" if free == len(events) else "mixed"
-        if t in traps:
-            kind = f"{kind} stop".strip()
+        signs = {
+            "free": free == len(events),
+            "mixed": 0 < free < len(events),
+            "disabled": not allowed and not gone[s],
+            "gone": gone[s] or gone[t] or not allowed,
+            "stop": t in traps,
+        }
         lines = event_label(events, sigma.names, sigma.uncontrollable)
-        edges.append(_Edge(s, t, lines, ", ".join(events), kind))
+        told = _cut(", ".join(events)) + ("" if allowed else " (disabled)")
+        edges.append(
+            _Edge(place[s], place[t], lines, told, tuple(sign for sign, has in signs.items() if has))
+        )
     return edges
 
 
-def _draw(nodes: Sequence[_Node], edges: Sequence[_Edge], title: str) -> str:
+def _cut(text: str) -> str:
+    return text if len(text) <= _TOLD else f"{text[:_TOLD]}…"
+
+
+# --- where it stands, and with which marks ----------------------------------------------------------------
+
+
+def _scene(
+    nodes: Sequence[_Node], edges: Sequence[_Edge], title: str, layout: Layout, *, entered: bool = True
+) -> Scene:
     radius = [_radius(node) for node in nodes]
     links = [Link(edge.source, edge.target, *box(edge.lines)) for edge in edges]
-    stretches = (1.0, 1.12, 1.26, 1.42, 1.6) if len(nodes) <= _SMALL else (1.0,)
-    tries = []
-    for stretch in stretches:
-        where = place(radius, links, stretch=stretch)
-        curves, entry = route(where, radius, links)
-        labels, clash = settle(where, radius, links, curves, entry)
-        tries.append((round(clash), stretch, where, curves, entry, labels))
-        if clash < 1:
-            break
-    _, _, where, curves, entry, labels = min(tries, key=lambda one: one[:2])
-    parts = [_edge_svg(edge, curve) for edge, curve in zip(edges, curves, strict=True)]
-    parts.append(f'<g class="edge initial">{_arrow(entry)}</g>')
-    parts += [_node_svg(node, at, r) for node, at, r in zip(nodes, where.tolist(), radius, strict=True)]
-    for edge, (x, y) in zip(edges, labels.tolist(), strict=True):
-        label = as_svg(edge.lines, x, y, "label")
-        parts.append(f"<g><title>{escape(_told(edge, nodes))}</title>{label}</g>")
-    described = f"{len(nodes)} states; the initial one is {nodes[0].name}. " + "; ".join(
-        _told(edge, nodes) for edge in edges
-    )
-    return _svg(title, described, _frame(where, radius, links, labels, [*curves, entry]), "".join(parts))
+    drawing = arrange(radius, links, layout)
+    groups = []
+    for edge, curve in zip(edges, drawing.curves, strict=True):
+        struck = (cross(curve),) if "disabled" in edge.signs else ()
+        groups.append(Group(" ".join(["edge", *edge.signs]), (*arrow(curve), *struck)))
+    if entered:
+        groups.append(Group("edge initial", arrow(drawing.entry)))
+    for one, (x, y), r in zip(nodes, drawing.where.tolist(), radius, strict=True):
+        css = " ".join(["state", *one.signs])
+        name = Words("name", x, y, in_lines(one.name))
+        written = on_plate(name) if "removed" in one.signs else (name,)
+        groups.append(Group(css, (*node((x, y), r, css), *written), one.name))
+    crossed = on_lines(drawing.labels, links, (*drawing.curves, drawing.entry))
+    for edge, (x, y), on_line in zip(edges, drawing.labels.tolist(), crossed, strict=True):
+        label = Words("label", x, y, edge.lines)
+        css = "gone" if "gone" in edge.signs else ""
+        groups.append(Group(css, on_plate(label) if on_line else (label,), _told(edge, nodes)))
+    initial = f"; the initial one is {nodes[0].name}" if entered else ""
+    described = f"{len(nodes)} states{initial}. " + "; ".join(_told(edge, nodes) for edge in edges)
+    return Scene(title, described, _frame(drawing, radius, links), tuple(groups))
 
 
 def _told(edge: _Edge, nodes: Sequence[_Node]) -> str:
     return f"{nodes[edge.source].name} \u2192 {nodes[edge.target].name}: {edge.told}"
 
 
-def _radius(node: _Node) -> float:
-    half = width(symbol(shorten(node.name, 9))) / 2
-    return max(17.0, half + 8) + (4.0 if node.ring else 0.0)
+def _radius(one: _Node) -> float:
+    lines = in_lines(one.name)
+    half = hypot(max(map(width, lines)) / 2, LEADING * (len(lines) - 1) / 2)
+    return max(17.0, half + 8) + (4.0 if "marked" in one.signs else 0.0)
 
 
-def _arrow(curve: Curve) -> str:
-    return f'<path d="{curve.path}"/><path class="head" d="{head(curve)}"/>'
-
-
-def _edge_svg(edge: _Edge, curve: Curve) -> str:
-    return f'<g class="{" ".join(["edge", *edge.kind.split()])}">{_arrow(curve)}</g>'
-
-
-def _node_svg(node: _Node, at: Sequence[float], radius: float) -> str:
-    x, y = at
-
-    def outline(r: float, css: str) -> str:
-        if not node.trap:
-            return f'<circle class="{css}" cx="{x:.1f}" cy="{y:.1f}" r="{r:.1f}"/>'
-        corners = [(x + r * cos(pi / 8 + k * pi / 4), y + r * sin(pi / 8 + k * pi / 4)) for k in range(8)]
-        return f'<polygon class="{css}" points="{" ".join(f"{u:.1f},{v:.1f}" for u, v in corners)}"/>'
-
-    rings = outline(radius, "node") + (outline(radius - 4, "ring") if node.ring else "")
-    name = as_svg([symbol(shorten(node.name, 9))], x, y, "name")
-    css = "state" + (" marked" if node.ring else "") + (" trap" if node.trap else "")
-    return f'<g class="{css}"><title>{escape(node.name)}</title>{rings}{name}</g>'
-
-
-def _frame(
-    where: Floats, radius: Sequence[float], links: Sequence[Link], labels: Floats, curves: Sequence[Curve]
-) -> tuple[float, float, float, float]:
-    """Return the smallest view box around all that is drawn."""
+def _frame(drawing: Drawing, radius: Sequence[float], links: Sequence[Link]) -> Frame:
+    """Return the smallest frame around all that is drawn."""
     r = np.array(radius)[:, None]
     half = np.array([[link.w / 2, link.h / 2] for link in links]).reshape(-1, 2)
+    where, labels, curves = drawing.where, drawing.labels, (*drawing.curves, drawing.entry)
     points = [where - r, where + r, labels - half, labels + half, *(curve.points for curve in curves)]
     low, high = np.vstack(points).min(axis=0) - _PAD, np.vstack(points).max(axis=0) + _PAD
-    return (*low.tolist(), *(high - low).tolist())
+    return float(low[0]), float(low[1]), float(high[0] - low[0]), float(high[1] - low[1])
 
 
-def _notice(title: str, text: str) -> str:
-    words = as_svg([(Run(text),)], 230, 40, "notice")
-    return _svg(title, text, (0, 0, 460, 80), words)
-
-
-def _svg(title: str, described: str, frame: tuple[float, ...], body: str) -> str:
-    x, y, w, h = frame
-    style = " ".join(_STYLE.split("\n")).strip()
-    return (
-        f'<svg xmlns="http://www.w3.org/2000/svg" class="sm-diagram" role="img" aria-label="{escape(title)}" '
-        f'viewBox="{x:.1f} {y:.1f} {w:.1f} {h:.1f}" width="{w:.0f}" height="{h:.0f}">'
-        f"<title>{escape(title)}</title><desc>{escape(described)}</desc><style>{style}</style>{body}</svg>"
-    )
+def _notice(title: str, text: str) -> Scene:
+    words = Words("notice", 230, 40, [(Run(text),)])
+    return Scene(title, text, (0, 0, 460, 80), (Group("", (words,)),))
