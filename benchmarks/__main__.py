@@ -1,7 +1,8 @@
 """Run every benchmark: ``python -m benchmarks`` (or ``make bench``); names pick some.
 
-``agreement`` and ``fuzz`` take about half an hour each, ``planning_large`` ten minutes, ``seeds`` and
-``cell`` a few: they are run by their names only.
+``agreement``, ``deep`` and ``fuzz`` take half an hour or more each, ``planning_large`` ten minutes, ``seeds``
+and ``cell`` a few; ``deploy`` needs gcc, ``report`` a browser, and ``deep`` and ``study`` the extras of those
+names: they are run by their names only.
 """
 
 from __future__ import annotations
@@ -12,7 +13,18 @@ import sys
 from importlib import import_module
 from pathlib import Path
 
-NAMES = ("learning", "learners", "startup", "synthesis", "growth", "minimise", "rules", "planning", "export")
+NAMES = (
+    "learning",
+    "learners",
+    "startup",
+    "synthesis",
+    "growth",
+    "minimise",
+    "rules",
+    "planning",
+    "export",
+    "supervised",
+)
 RECORDS = Path(__file__).parent / "records"
 
 

@@ -10,12 +10,13 @@ from typing import Any
 import gymnasium
 import numpy as np
 import pytest
-from gymnasium.spaces import Box, Discrete
+from gymnasium.spaces import Box
 from gymnasium.utils.env_checker import check_env
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import book
+from stand_ins import MOVES, NO_TWO_UPS, Plays, Scripted
 from strategies import SEEDS, plants, specifications
 from supremal import (
     Alphabet,
@@ -38,61 +39,6 @@ from supremal.formats import read_automaton
 from supremal.learning.monitors import _follow
 from supremal.rules.patterns import absence
 from supremal.rules.rule import Rule
-
-MOVES = ("up", "right", "down", "left")
-NO_TWO_UPS = from_text("name no_two_ups\n0 -up-> 1\n0 -right, down, left-> 0\n1 -right, down, left-> 0")
-
-
-class Plays(gymnasium.Env):
-    """An environment that does what a plant can: an action that is not possible does nothing."""
-
-    observation_space = Discrete(1)
-
-    def __init__(self, plant: Automaton, actions: tuple[str, ...]) -> None:
-        self.plant, self.actions = plant, actions
-        self.action_space = Discrete(len(actions))
-        self.at, self.word = 0, ()
-
-    def reset(self, *, seed: int | None = None, options: Any = None) -> tuple[int, dict[str, Any]]:
-        super().reset(seed=seed, options=options)
-        self.at, self.word = 0, ()
-        return 0, {}
-
-    def step(self, action: int) -> tuple[int, float, bool, bool, dict[str, Any]]:
-        word = []
-        for name in (
-            self.actions[action],
-            *self.np_random.permutation(sorted(self.plant.alphabet.uncontrollable)),
-        ):
-            known = name in self.plant.alphabet
-            to = self.plant.run([name], self.at) if known else self.at
-            if to >= 0 and (not word or self.np_random.random() < 0.5):
-                self.at = to
-                word.append(str(name))
-        self.word = tuple(word)
-        return 0, 0.0, False, False, {"events": self.word}
-
-
-class Scripted(gymnasium.Env):
-    """An environment that answers each step with the next word, and ends after the last."""
-
-    observation_space = Discrete(1)
-
-    def __init__(self, *words: Any, actions: int = 2, start: int = 0, **info: Any) -> None:
-        self.words, self.info, self.taken = words, info, []
-        self.action_space = Discrete(actions, start=start)
-
-    def reset(self, *, seed: int | None = None, options: Any = None) -> tuple[int, dict[str, Any]]:
-        super().reset(seed=seed, options=options)
-        self.taken = []
-        return 0, dict(self.info)
-
-    def step(self, action: int) -> tuple[int, float, bool, bool, dict[str, Any]]:
-        self.taken.append(action)
-        word = self.words[len(self.taken) - 1]
-        said = {} if word is None else {"events": word}
-        return 0, 1.0, len(self.taken) == len(self.words), False, {**self.info, **said}
-
 
 # --- the contract -----------------------------------------------------------------------------------------
 
@@ -403,7 +349,7 @@ def test_the_environments_own_mask_can_count_too(mode: Any) -> None:
 
 def test_a_taxi_keeps_its_own_mask_and_the_rules() -> None:
     rule = absence(of="west", alphabet=Alphabet(("south", "north", "east", "west", "pickup", "dropoff")))
-    taxi = gymnasium.make("Taxi-v4")
+    taxi = gymnasium.make(max(name for name in gymnasium.registry if name.startswith("Taxi-")))
     env = SupervisedEnv(taxi, rules=[Rule("no_west", rule)], events=rule.alphabet.names, own_mask=True)
     _, info = env.reset(seed=2)
     for _ in range(50):

@@ -12,7 +12,9 @@ Importing this room registers its environments with Gymnasium, so that both of t
 from supremal.envs._draw import draw
 from supremal.envs._gymnasium import register
 from supremal.envs._pixels import pixels
+from supremal.envs.dialects import with_mask
 from supremal.envs.grid_env import PickupDeliveryEnv
+from supremal.envs.layout import Layout, layout_from
 from supremal.envs.pickup_delivery import (
     Answer,
     GridState,
@@ -23,24 +25,31 @@ from supremal.envs.pickup_delivery import (
     encode,
     state_numbers,
 )
+from supremal.envs.recording import record_episode
 from supremal.envs.supervised import SupervisedEnv
+from supremal.envs.supervised_vector import SupervisedVectorEnv
 from supremal.envs.tabular import environment_model
 
 __all__ = [
     "Answer",
     "GridState",
+    "Layout",
     "PickupDelivery",
     "PickupDeliveryEnv",
     "SupervisedEnv",
+    "SupervisedVectorEnv",
     "data_file",
     "decode",
     "describe",
     "draw",
     "encode",
     "environment_model",
+    "layout_from",
     "pixels",
+    "record_episode",
     "register",
     "state_numbers",
+    "with_mask",
 ]
 
 register()

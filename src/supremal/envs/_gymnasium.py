@@ -9,20 +9,26 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from inspect import Parameter, signature
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import gymnasium
 from gymnasium import Env, Wrapper
 from gymnasium.envs.registration import load_env_creator
 from gymnasium.envs.toy_text import CliffWalkingEnv, FrozenLakeEnv, TaxiEnv
 from gymnasium.error import UnregisteredEnv
-from gymnasium.spaces import Dict, Discrete, MultiDiscrete
+from gymnasium.spaces import Box, Dict, Discrete, MultiDiscrete, Space, Tuple, flatten, flatten_space
 from gymnasium.utils import RecordConstructorArgs
+from gymnasium.vector import AutoresetMode, VectorEnv, VectorWrapper
+from gymnasium.vector.utils import batch_space, iterate
+from gymnasium.wrappers import RecordVideo
 
 from supremal.errors import MDPError, suggest
 
 __all__ = [
     "GRID_ID",
+    "AnyVectorWrapper",
+    "AutoresetMode",
+    "Box",
     "CliffWalkingEnv",
     "Dict",
     "Discrete",
@@ -30,11 +36,24 @@ __all__ = [
     "FrozenLakeEnv",
     "MultiDiscrete",
     "RecordConstructorArgs",
+    "RecordVideo",
+    "Space",
     "TaxiEnv",
+    "Tuple",
+    "VectorEnv",
     "Wrapper",
+    "batch_space",
+    "flatten",
+    "flatten_space",
+    "iterate",
     "made",
     "register",
 ]
+
+if TYPE_CHECKING:
+    AnyVectorWrapper = VectorWrapper[Any, Any, Any, Any, Any]
+else:  # which takes no parameters before Gymnasium 1.3
+    AnyVectorWrapper = VectorWrapper
 
 GRID_ID: Final = "supremal/PickupDelivery-v0"
 _MAX_STEPS: Final = 60  # the paper's

@@ -6,6 +6,7 @@ offers one; what synthesis cannot know is an error that says which of the parts 
 
 from __future__ import annotations
 
+from copy import copy
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ import numpy as np
 from supremal._arrays import NONE
 from supremal.envs._supervised_model import Masks
 from supremal.envs._supervised_run import Run
+from supremal.envs._supervised_setup import Setup
 from supremal.errors import MDPError
 
 
@@ -23,23 +25,26 @@ class Gate:
     ----------
     run
         Which it follows.
-    passing
-        Whether every action passes all the same, as for a monitor.
-    own
-        Whether the environment's own mask counts too.
-    safe
-        ``int8 [A]``: what may pass outside the supervisor; None: what breaks no rule at once.
+    setup
+        What may pass.
 
     Notes
     -----
     ``enabled`` and ``mask``, both ``int8 [A]``, differ where everything passes.
     """
 
-    def __init__(self, run: Run, *, passing: bool, own: bool, safe: Masks | None) -> None:
-        self._run, self._passing, self._own, self._safe = run, passing, own, safe
+    def __init__(self, run: Run, setup: Setup) -> None:
+        self._run, self._setup = run, setup
+        self._passing, self._own, self._safe = setup.mode == "monitor", setup.own, setup.safe
         self._all = np.ones(len(run.model.events), np.int8)
         self._some: list[bool] = run.model.masks.any(axis=1).tolist()  # type: ignore[assignment] # of bools
         self.enabled = self.mask = self._all
+
+    def beside(self, run: Run) -> Gate:
+        """Return the same for another run of the model."""
+        other = copy(self)
+        other._run = run  # noqa: SLF001 - one of its own kind
+        return other
 
     def settle(self, info: dict[str, Any], *, terminated: bool) -> None:
         """Settle what is enabled and what passes, after a step with this ``info``.
@@ -72,7 +77,28 @@ class Gate:
             raise MDPError(self._why_nothing())
         self.enabled, self.mask = enabled, mask
 
-    def why(self, place: int) -> str:
+    def instead(self, place: int, random: np.random.Generator) -> int:
+        """Return what is carried out in place of an action that is not enabled.
+
+        Raises
+        ------
+        MDPError
+            If the mode is strict.
+        """
+        if self._passing:
+            return place
+        enabled = np.flatnonzero(self.enabled)
+        if self._setup.mode == "correct":
+            return int(enabled[0 if self._setup.replace == "first" else int(random.random() * len(enabled))])
+        events = self._run.model.events
+        names = ", ".join(events[a] for a in enabled)
+        message = (
+            f"action {self._setup.first + place} ({events[place]!r}) is disabled ({self._where()}): "
+            f"{self._why(place)}; enabled: {names}"
+        )
+        raise MDPError(message)
+
+    def _why(self, place: int) -> str:
         """Say why action number ``place`` is not enabled."""
         run = self._run
         if run.state != NONE and not run.model.masks[run.state, place]:
@@ -97,6 +123,11 @@ class Gate:
             f"no action can pass ({self._where()}): the plant says that none is possible here; an agent "
             "has to choose, so give the plant an action, like waiting, in that state"
         )
+
+
+def replacements(seed: int | None) -> np.random.Generator:
+    """Return what replacements are drawn by: a stream that has nothing to do with the environment's own."""
+    return np.random.default_rng(None if seed is None else np.random.SeedSequence(seed, spawn_key=(0,)))
 
 
 def _own_mask(info: dict[str, Any], actions: int) -> Masks:

@@ -8,9 +8,9 @@ supervisor keeps the rules as long as the environment does nothing that this pla
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -99,8 +99,11 @@ def supervised_model(
         action is, or the other way round; or if no supervisor can keep the rules, with the reason.
     """
     names = _names(actions, events)
+    if isinstance(rules, (Rule, Automaton)) or not isinstance(rules, Iterable):
+        message = f"rules is {rules!r:.60}; a list of rules is needed"
+        raise RuleError(message)
     given = tuple(_automaton(rule) for rule in rules)
-    own = () if plant is None else as_parts(plant)
+    own = () if plant is None else _plants(plant)
     _check_events(names, (*own, *given))
     plants = (*own, universal(Alphabet(tuple(dict.fromkeys(names))), name="actions"))
     causes = find_causes(plants, given, nonblocking=nonblocking, must_act=True, max_states=max_states)
@@ -120,11 +123,29 @@ def _names(actions: int, events: Events | None) -> tuple[str, ...]:
     """Return the event of each action."""
     if events is None:
         return tuple(f"action_{a}" for a in range(actions))
+    if not callable(events) and not isinstance(events, Iterable):
+        message = f"events is {events!r}; the event of each action is needed, as a list or a function"
+        raise RuleError(message)
     names = tuple(events(a) for a in range(actions)) if callable(events) else tuple(events)
     if isinstance(events, str) or len(names) != actions:
         message = f"events names {len(names)} actions; the environment has {actions}: name the event of each"
         raise RuleError(message)
+    for action, name in enumerate(names):
+        if not isinstance(name, str):
+            message = f"events calls action {action} {name!r}; a name is needed"
+            raise RuleError(message)
     return names
+
+
+def _plants(plant: Any) -> tuple[Automaton, ...]:  # noqa: ANN401 - whatever a user gave
+    """Return plants as a tuple."""
+    known = isinstance(plant, (Automaton, Iterable)) and not isinstance(plant, str)
+    parts = as_parts(plant) if known else (plant,)
+    for part in parts:
+        if not isinstance(part, Automaton):
+            message = f"a plant is {part!r:.60}; an Automaton is needed, or a list of some"
+            raise RuleError(message)
+    return tuple(parts)
 
 
 def _automaton(rule: Rule | Automaton) -> Automaton:

@@ -11,12 +11,14 @@ supervisor, the run is back in it.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import copy
 from functools import cached_property
 
 import numpy as np
 
 from supremal._arrays import NONE
 from supremal.envs._supervised_model import Masks, SupervisedModel
+from supremal.envs._supervised_word import check_name
 
 
 class Run:
@@ -37,10 +39,8 @@ class Run:
         self.model = model
         automaton = model.supervisor.automaton
         self._column = {name: e for e, name in enumerate(automaton.alphabet)}
-        self._target, self._width = (
-            automaton.delta.reshape(-1).item,
-            len(automaton.alphabet),
-        )  # plain integers
+        self._target = automaton.delta.reshape(-1).item  # plain integers
+        self._width = len(automaton.alphabet)
         self._takes_part = model.causes.product.takes_part
         self.reset()
 
@@ -78,8 +78,10 @@ class Run:
         if state == NONE:
             return self._follow(word)
         for k, name in enumerate(word):
-            event = self._column.get(name, NONE)
-            if event == NONE:
+            try:
+                event = self._column[name]
+            except (KeyError, TypeError):
+                check_name(name)
                 continue
             to = self._target(state * self._width + event)
             if to == NONE:
@@ -104,6 +106,7 @@ class Run:
         parts, plants, rules = self._outside, self.model.plants, self.model.rules
         broken = 0
         for name in word:
+            check_name(name)
             if name not in self._column:
                 continue
             in_plants, in_rules = self._takes_part[self._column[name]]
@@ -118,6 +121,13 @@ class Run:
                 parts[len(plants) + k] = max(to, 0)
         self.state = self._numbers.get(tuple(parts), NONE)
         return broken
+
+    def another(self) -> Run:
+        """Return another run of the same model, in the initial state."""
+        _ = self._numbers  # made once for all of them
+        other = copy(self)
+        other.reset()
+        return other
 
     @cached_property
     def _numbers(self) -> dict[tuple[int, ...], int]:

@@ -15,27 +15,26 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from operator import index
-from typing import Any, Final, Literal, TypeAlias, get_args
+from typing import Any, TypeAlias
 
 import numpy as np
 
-from supremal._arrays import NONE, Bools
+from supremal._arrays import Bools
+from supremal.automata.alphabet import Alphabet
 from supremal.automata.automaton import Automaton
 from supremal.decisions.reward_machine import RewardMachine
-from supremal.envs._gymnasium import Dict, Discrete, Env, RecordConstructorArgs, Wrapper
-from supremal.envs._supervised_gate import Gate
+from supremal.envs._gymnasium import Env, RecordConstructorArgs, Wrapper
+from supremal.envs._supervised_gate import Gate, replacements
 from supremal.envs._supervised_machine import Labels, MachineRun
-from supremal.envs._supervised_model import Events, Masks, supervised_model
+from supremal.envs._supervised_model import Events
 from supremal.envs._supervised_run import Run
-from supremal.errors import MDPError, suggest
+from supremal.envs._supervised_setup import Mode, Replace, place_of, set_up
+from supremal.envs._supervised_word import as_word
+from supremal.envs.layout import Kind
+from supremal.errors import MDPError
 from supremal.rules.rule import Rule
 
-Mode: TypeAlias = Literal["strict", "correct", "monitor"]
 WordOf: TypeAlias = Callable[[int, Any, float, bool, bool, dict[str, Any]], Iterable[str]]
-Observation: TypeAlias = dict[str, Any]
-
-_MODES: Final = get_args(Mode)
 
 
 @dataclass(slots=True)
@@ -57,7 +56,7 @@ class Counts:
     model_broken: int = 0
 
 
-class SupervisedEnv(Wrapper[Observation, Any, Any, Any], RecordConstructorArgs):
+class SupervisedEnv(Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
     r"""An environment in which a supervisor keeps the rules.
 
     Parameters
@@ -93,6 +92,9 @@ class SupervisedEnv(Wrapper[Observation, Any, Any, Any], RecordConstructorArgs):
         Whether an action has to be enabled by the environment's own ``info["action_mask"]`` as well.
     safe_actions
         The actions to pass in safe mode.  Left out: those that break no rule at once.
+    observe
+        How the states of supervisor and reward machine are told: "dict", as numbers in a dictionary, or
+        "flat", one-hot in an array.
     max_states
         The most states that the product of plant and rules may have.
 
@@ -105,9 +107,11 @@ class SupervisedEnv(Wrapper[Observation, Any, Any, Any], RecordConstructorArgs):
 
     Notes
     -----
-    An observation is a dictionary: the environment's own under ``"observation"``, the supervisor's state
-    under ``"supervisor"`` (its number, S where the run is outside of it) and, where there is one, the reward
-    machine's under ``"machine"``.  Together they are Markov if the environment's own is.
+    An observation is a dictionary: the environment's own under ``"observation"`` (or, where that is a
+    dictionary itself, its keys), the supervisor's state under ``"supervisor"`` (its number, S where the run
+    is outside of it) and, where there is one, the reward machine's under ``"machine"``.  With
+    ``observe="flat"`` it is one array of numbers; ``layout`` says where in it what stands, and reads the
+    supervisor's state off an observation.  Together they are Markov if the environment's own is.
 
     ``info`` has besides: ``action_mask`` (``int8 [A]``), ``events`` (the word), ``violations`` (how many in
     this step), ``disabled`` (whether the chosen action was) and ``model_broken`` (whether in this episode
@@ -118,7 +122,7 @@ class SupervisedEnv(Wrapper[Observation, Any, Any, Any], RecordConstructorArgs):
     *Safe mode* is whatever lies outside the supervisor: the mask looks one step ahead at the rules alone, or
     is the user's ``safe_actions``, until the supervisor knows again where it is, at the latest until `reset`.
 
-    A step costs a look-up in a table for each event more than the environment's own, some two microseconds in
+    A step costs a look-up in a table for each event more than the environment's own, and some microseconds in
     all.
 
     Examples
@@ -154,9 +158,10 @@ class SupervisedEnv(Wrapper[Observation, Any, Any, Any], RecordConstructorArgs):
         labels: Labels | None = None,
         nonblocking: bool = True,
         mode: Mode = "strict",
-        replace: Literal["random", "first"] = "random",
+        replace: Replace = "random",
         own_mask: bool = False,
         safe_actions: Sequence[int] | None = None,
+        observe: Kind = "dict",
         max_states: int | None = None,
     ) -> None:
         RecordConstructorArgs.__init__(
@@ -173,46 +178,48 @@ class SupervisedEnv(Wrapper[Observation, Any, Any, Any], RecordConstructorArgs):
             replace=replace,
             own_mask=own_mask,
             safe_actions=safe_actions,
+            observe=observe,
             max_states=max_states,
         )
-        super().__init__(env)
-        _check_choice("mode", mode, _MODES)
-        _check_choice("replace", replace, ("random", "first"))
-        if not isinstance(env.action_space, Discrete):
+        if not isinstance(env, Env):
             message = (
-                f"the environment's actions are {env.action_space}; a Discrete space of actions is needed"
+                f"the environment is {env!r:.60}; one of Gymnasium's is needed, and for a vector of them "
+                "SupervisedVectorEnv"
             )
             raise MDPError(message)
-        actions = int(env.action_space.n)
-        self.model = supervised_model(
-            actions, rules, plant=plant, events=events, nonblocking=nonblocking, max_states=max_states
+        super().__init__(env)
+        setup = set_up(
+            env.observation_space,
+            env.action_space,
+            rules=rules,
+            plant=plant,
+            events=events,
+            word=word,
+            reward_machine=reward_machine,
+            labels=labels,
+            nonblocking=nonblocking,
+            mode=mode,
+            replace=replace,
+            own_mask=own_mask,
+            safe_actions=safe_actions,
+            observe=observe,
+            max_states=max_states,
         )
-        self.counts = Counts()
-        self._run = Run(self.model)
+        self.model, self.layout, self.counts = setup.model, setup.observer.layout, Counts()
+        self._run = Run(setup.model)
+        self._gate = Gate(self._run, setup)
         self._machine = None if reward_machine is None else MachineRun(reward_machine, labels)
-        self._word, self._mode, self._replace = word, mode, replace
-        self._random = np.random.default_rng()
-        self._first, self._outside = int(env.action_space.start), len(self.model.masks)
-        safe: Masks | None = None
-        if safe_actions is not None:
-            safe = np.zeros(actions, np.int8)
-            safe[[self._place(action) for action in safe_actions]] = 1
-        self._gate = Gate(self._run, passing=mode == "monitor", own=own_mask, safe=safe)
-        spaces: dict[str, Any] = {
-            "observation": env.observation_space,
-            "supervisor": Discrete(self._outside + 1),
-        }
-        if reward_machine is not None:
-            spaces["machine"] = Discrete(len(reward_machine.states))
-        self.observation_space = Dict(spaces)
+        self._word, self._first, self._observer = word, setup.first, setup.observer
+        self._random = replacements(None)
+        self.observation_space = setup.observer.space
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[Observation, dict[str, Any]]:
+    ) -> tuple[Any, dict[str, Any]]:
         """Start a new episode: of the environment, the supervisor and the reward machine."""
         observation, info = self.env.reset(seed=seed, options=options)
         if seed is not None:
-            self._random = np.random.default_rng(seed)
+            self._random = replacements(seed)
         self._run.reset()
         if self._machine:
             self._machine.state = 0
@@ -220,7 +227,7 @@ class SupervisedEnv(Wrapper[Observation, Any, Any, Any], RecordConstructorArgs):
         news = {"events": (), "violations": 0, "disabled": False, "model_broken": False}
         return self._beside(observation), {**info, **news, "action_mask": self._gate.mask.copy()}
 
-    def step(self, action: Any) -> tuple[Observation, float, bool, bool, dict[str, Any]]:  # noqa: ANN401 - an integer of any kind
+    def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:  # noqa: ANN401 - an integer of any kind
         """Let one epoch pass.
 
         Raises
@@ -229,10 +236,10 @@ class SupervisedEnv(Wrapper[Observation, Any, Any, Any], RecordConstructorArgs):
             If there is no such action, or in mode "strict" if the mask does not enable it; if no action is
             enabled afterwards; or if word or labels are no names.
         """
-        place = self._place(action)
+        place = place_of(action, self._first, len(self.model.events))
         disabled = not self._gate.enabled[place]
         if disabled:
-            place = self._instead(place)
+            place = self._gate.instead(place, self._random)
         done, event = self._first + place, self.model.events[place]
         observation, earned, terminated, truncated, info = self.env.step(done)
         reward = float(earned)
@@ -241,16 +248,17 @@ class SupervisedEnv(Wrapper[Observation, Any, Any, Any], RecordConstructorArgs):
         else:
             word = self._word(done, observation, reward, terminated, truncated, info)
         if not isinstance(word, tuple):
-            word = _as_word(word)
-        run, counts = self._run, self.counts
+            word = as_word(word)
+        run = self._run
         known = run.surprise is not None
         violations = run.observe(word, event)
         if terminated:
             violations += run.owed
         broken = run.surprise is not None
-        counts.violations += violations
-        counts.disabled += disabled
-        counts.model_broken += broken and not known
+        if disabled or violations or broken:
+            self.counts.violations += violations
+            self.counts.disabled += disabled
+            self.counts.model_broken += broken and not known
         if self._machine:
             reward = self._machine.earn(observation, info)
         self._gate.settle(info, terminated=terminated)
@@ -269,52 +277,11 @@ class SupervisedEnv(Wrapper[Observation, Any, Any, Any], RecordConstructorArgs):
         """Return the present mask, ``bool [A]``, under the name that maskable learners ask for."""
         return self._gate.mask.astype(np.bool_)
 
-    def _beside(self, observation: Any) -> Observation:  # noqa: ANN401 - the environment's
+    @property
+    def alphabet(self) -> Alphabet:
+        """All events, those of actions and those of nature."""
+        return self.model.supervisor.automaton.alphabet
+
+    def _beside(self, observation: Any) -> Any:  # noqa: ANN401 - the environment's
         """Return the observation with the states that make it Markov."""
-        state = self._run.state
-        told = {"observation": observation, "supervisor": self._outside if state == NONE else state}
-        if self._machine:
-            told["machine"] = self._machine.state
-        return told
-
-    def _place(self, action: Any) -> int:  # noqa: ANN401 - an integer of any kind
-        """Return the place of ``action`` among all."""
-        try:
-            place = index(action) - self._first
-        except TypeError:
-            place = NONE
-        if not 0 <= place < len(self.model.events):
-            last = self._first + len(self.model.events) - 1
-            message = f"action {action!r} is not known; a whole number from {self._first} to {last} is needed"
-            raise MDPError(message)
-        return place
-
-    def _instead(self, place: int) -> int:
-        """Return what is carried out in place of an action that is not enabled."""
-        if self._mode == "monitor":
-            return place
-        enabled = np.flatnonzero(self._gate.enabled)
-        if self._mode == "correct":
-            return int(enabled[0] if self._replace == "first" else self._random.choice(enabled))
-        names = ", ".join(self.model.events[a] for a in enabled)
-        message = (
-            f"action {self._first + place} ({self.model.events[place]!r}) is disabled "
-            f"({self.model.describe(self._run.parts)}): {self._gate.why(place)}; enabled: {names}"
-        )
-        raise MDPError(message)
-
-
-def _check_choice(name: str, value: str, known: Sequence[str]) -> None:
-    if value not in known:
-        message = f"{name} is {value!r}; {suggest(str(value), known)}"
-        raise MDPError(message)
-
-
-def _as_word(word: Any) -> tuple[str, ...]:  # noqa: ANN401 - whatever a user's function returned
-    """Return a word that is no tuple as one."""
-    if isinstance(word, str) or not isinstance(word, Iterable):
-        message = (
-            f"the word of a step is {word!r}; a tuple of event names is needed, () where nothing happened"
-        )
-        raise MDPError(message)
-    return tuple(word)
+        return self._observer.one(observation, self._run, self._machine.state if self._machine else 0)
