@@ -18,6 +18,7 @@ from supremal.task._fields import (
     number,
     one_of,
     switch,
+    table,
     text,
     whole,
 )
@@ -32,7 +33,7 @@ def _said(field: Field, kind: type) -> dict[str, Any]:
     with slips.noting():
         check_keys(field, hints)
     for key, hint in hints.items():
-        if key in field:
+        if key in table(field):
             with slips.noting():
                 said[key] = _reader(hint)(field[key])
     slips.check()
