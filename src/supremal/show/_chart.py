@@ -15,12 +15,12 @@ from math import isfinite
 from typing import Final, Literal
 
 from supremal.errors import ModelError
-from supremal.show._scale import limits, number, ticks
+from supremal.show._scale import limits, number, tick_labels, ticks
 from supremal.show._text import escape
 
 _W: Final = 460.0
 _H: Final = 300.0
-_LEFT: Final = 56.0
+_LEFT: Final = 72.0
 _RIGHT: Final = 14.0
 _TOP: Final = 62.0
 _BOTTOM: Final = 42.0
@@ -217,17 +217,23 @@ def _told(series: Sequence[Series]) -> str:
 def _axes(panel: Panel, xlabel: str) -> str:
     parts = []
     right, base = _W - _RIGHT, _H - _BOTTOM
-    for tick in ticks(*panel.y):
+    for tick, said in _marks(panel.y):
         y = panel.up(tick)
         parts.append(f'<line class="grid" x1="{_LEFT}" x2="{right}" y1="{y:.1f}" y2="{y:.1f}"/>')
-        parts.append(f'<text class="end" x="{_LEFT - 8}" y="{y + 4:.1f}">{number(tick)}</text>')
+        parts.append(f'<text class="end" x="{_LEFT - 8}" y="{y + 4:.1f}">{said}</text>')
     parts.append(f'<line class="base" x1="{_LEFT}" x2="{right}" y1="{base}" y2="{base}"/>')
-    for tick in ticks(*panel.x):
+    for tick, said in _marks(panel.x):
         x = panel.across(tick)
         parts.append(f'<line class="base" x1="{x:.1f}" x2="{x:.1f}" y1="{base}" y2="{base + 4}"/>')
-        parts.append(f'<text class="mid" x="{x:.1f}" y="{base + 18}">{number(tick)}</text>')
+        parts.append(f'<text class="mid" x="{x:.1f}" y="{base + 18}">{said}</text>')
     parts.append(f'<text class="end" x="{right}" y="{_H - 4}">{escape(xlabel)}</text>')
     return "".join(parts)
+
+
+def _marks(ends: tuple[float, float]) -> zip[tuple[float, str]]:
+    """Return the ticks of an axis, and what stands at each."""
+    marks = ticks(*ends)
+    return zip(marks, tick_labels(marks), strict=True)
 
 
 def _legend(series: Sequence[Series]) -> tuple[str, float]:

@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 from math import floor, log10
+from typing import Final
+
+_DIGITS: Final = 12
 
 
 def limits(values: Sequence[float], given: tuple[float, float] | None = None) -> tuple[float, float]:
@@ -35,6 +39,24 @@ def ticks(low: float, high: float) -> list[float]:
     first = -floor(-low / step + 1e-9)
     found = [round((first + k) * step, 12) for k in range(12)]
     return [tick + 0.0 for tick in found if tick <= high + 1e-9 * step]
+
+
+def tick_labels(marks: Sequence[float]) -> list[str]:
+    """Return what stands at ticks, with as many digits as it takes for each to say its own value.
+
+    Examples
+    --------
+    >>> tick_labels([10_000.0, 10_002.5, 10_005.0])
+    ['10,000', '10,002.5', '10,005']
+    >>> tick_labels([-0.5, 0.0, 0.5])
+    ['\u22120.5', '0', '0.5']
+    """
+    step = min((abs(b - a) for a, b in pairwise(marks)), default=0.0)
+    digits = next(
+        (d for d in range(_DIGITS) if all(abs(round(x, d) - x) <= 1e-6 * step for x in marks)), _DIGITS
+    )
+    said = [f"{x:,.{digits}f}" for x in marks]
+    return [(text.rstrip("0").rstrip(".") if digits else text).replace("-", "\u2212") for text in said]
 
 
 def _step(span: float) -> float:

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from supremal.show._chart import Panel, Series, beside, curves_svg, panel_of
-from supremal.show._scale import number, ticks
+from supremal.show._scale import number, tick_labels, ticks
 
 if TYPE_CHECKING:
     from supremal.show._matplotlib import Axes
@@ -158,8 +158,8 @@ def _write_values(axes: Axes, panel: Panel, one: Series, series: Sequence[Series
 def _dress(axes: Axes, x: tuple[float, float], y: tuple[float, float]) -> None:
     """Set the ends and ticks of the axes, and take away what is not needed."""
     axes.set(xlim=x, ylim=y)
-    axes.set_xticks(ticks(*x), [number(tick) for tick in ticks(*x)])
-    axes.set_yticks(ticks(*y), [number(tick) for tick in ticks(*y)])
+    axes.set_xticks(ticks(*x), tick_labels(ticks(*x)))
+    axes.set_yticks(ticks(*y), tick_labels(ticks(*y)))
     axes.tick_params(colors=_FAINT, length=3, labelsize=10)
     axes.tick_params(axis="y", length=0)
     axes.grid(axis="y", color=_GRID, linewidth=0.9)
