@@ -18,7 +18,7 @@ from typing import Any, Final
 from supremal.automata.alphabet import Alphabet, union
 from supremal.automata.automaton import Automaton
 from supremal.errors import FormatError
-from supremal.formats.toml import read_toml
+from supremal.formats.toml import Document, read_toml
 from supremal.learning.settings import Settings
 from supremal.rules.rule import Rule
 from supremal.task._automata import read_events, read_plants
@@ -36,13 +36,13 @@ _KEYS: Final = (
 )  # fmt: skip
 
 
-def read_task(source: str | Path) -> Task:
+def read_task(source: str | Path | Document) -> Task:
     """Return the task that a file describes.
 
     Parameters
     ----------
     source
-        The path of a TOML file.  Paths in it start from its own folder.
+        The path of a TOML file, or what has been read from it.  Paths in it start from its own folder.
 
     Raises
     ------
@@ -67,12 +67,8 @@ def read_task(source: str | Path) -> Task:
     >>> task.name, task.model, task.rules[0].automaton
     ('walk', 'anything', <Automaton 'rule 1': 2 states, 3 transitions, 2 events>)
     """
-    path = Path(source)
-    try:
-        document = read_toml(path)
-    except OSError as error:
-        message = f"cannot read it: {error.strerror}; give the path of a task file"
-        raise FormatError(message, path=str(source)) from None
+    document = source if isinstance(source, Document) else read_document(source)
+    path = Path(document.path)
     root, folder, slips = Field(document, (), document.data), path.parent, Slips()
     said = _settled(root, slips, path)
     with slips.noting():
@@ -82,7 +78,22 @@ def read_task(source: str | Path) -> Task:
         with slips.noting():
             said |= _machine(root["reward_machine"], said, folder)
     slips.check()
-    return Task(path=str(source), **said)
+    return Task(path=document.path, **said)
+
+
+def read_document(source: str | Path, kind: str = "task") -> Document:
+    """Return what a TOML file says; ``kind`` is the file that is needed.
+
+    Raises
+    ------
+    FormatError
+        If it cannot be read, or is no TOML.
+    """
+    try:
+        return read_toml(Path(source))
+    except OSError as error:
+        message = f"cannot read it: {error.strerror}; give the path of a {kind} file"
+        raise FormatError(message, path=str(source)) from None
 
 
 def _settled(root: Field, slips: Slips, path: Path) -> dict[str, Any]:
