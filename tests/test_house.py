@@ -3,7 +3,6 @@
 import json
 import os
 import re
-import subprocess
 import sys
 import sysconfig
 import venv
@@ -12,20 +11,14 @@ from pathlib import Path
 import pytest
 
 import supremal
+from pages import PAGES, ROOT, name_of, run, run_page
 
-ROOT = Path(__file__).parents[1]
 SOURCE = ROOT / "src" / "supremal"
-PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
-HEAVY = {"gymnasium", "matplotlib", "numba", "tensorboard", "torch"}
+HEAVY = {
+    "gymnasium", "matplotlib", "moviepy", "numba", "pettingzoo", "pyarrow", "ray", "stable_baselines3",
+    "tensorboard", "torch",
+}  # fmt: skip
 IMPORT_SECONDS = 0.5
-
-
-def run(*command: str | Path, cwd: Path) -> str:
-    """Return what ``command`` prints; where it fails, fail with what it said."""
-    done = subprocess.run(command, cwd=cwd, capture_output=True, text=True, check=False)
-    if done.returncode:
-        pytest.fail(f"{command[0]} {command[1]} ...: exit {done.returncode}\n{done.stdout}{done.stderr}")
-    return done.stdout
 
 
 def files_of(package: Path) -> set[Path]:
@@ -73,17 +66,9 @@ def test_wheel_works_away_from_the_sources(tmp_path: Path, monkeypatch: pytest.M
     assert supremal.__version__ in run(python.with_name("supremal"), "--version", cwd=tmp_path)
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+@pytest.mark.parametrize("page", PAGES, ids=name_of)
 def test_python_blocks_run_as_printed(page: Path, tmp_path: Path) -> None:
-    assert page.exists(), f"{page.name} is missing"
-    inside, lines = False, []
-    for line in page.read_text(encoding="utf-8").splitlines():
-        fence = line.startswith("```")
-        inside = line == "```python" or (inside and not fence)
-        lines.append(line if inside and not fence else "")  # so that a traceback gives the page's own line
-    script = tmp_path / page.with_suffix(".py").name
-    script.write_text("\n".join(lines), encoding="utf-8")
-    run(sys.executable, "-W", "error", script, cwd=tmp_path)
+    run_page(page, tmp_path)
 
 
 def test_no_address_of_a_package_registry() -> None:

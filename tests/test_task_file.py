@@ -410,7 +410,7 @@ def test_what_the_starter_leaves_to_be_used(read: Callable[..., Task]) -> None:
 
 def test_slips_of_one_table_are_told_together(read: Callable[..., Task]) -> None:
     with pytest.raises(FormatError) as caught:
-        read('''
+        read("""
             [events]
             controllable = ["a"]
             [learner]
@@ -421,7 +421,7 @@ def test_slips_of_one_table_are_told_together(read: Callable[..., Task]) -> None
             what = "verdict"
             said = 1
             key = "check.verdictt"
-        ''')
+        """)
     first, *others = str(caught.value).splitlines()
     assert "5:13: learner.alpah: unknown key 'alpah'; did you mean 'alpha'?" in first
     assert [line.split(": ")[1] for line in others] == ["learner.gamma", "learner.episodes", "reported.1.key"]

@@ -16,10 +16,15 @@ from supremal.cli.certify import certify_command, verify_command
 from supremal.cli.check import check
 from supremal.cli.convert import convert
 from supremal.cli.demo import demo
+from supremal.cli.export import export_command
 from supremal.cli.export_model import model_command
 from supremal.cli.init import init
+from supremal.cli.monitor import monitor_command
+from supremal.cli.report import report_command
 from supremal.cli.rules import rules
 from supremal.cli.run import STOPPED, run_command
+from supremal.cli.show import show_command
+from supremal.cli.study import study_command
 from supremal.cli.synthesize import synthesize_command
 from supremal.errors import SupremalError
 
@@ -62,10 +67,15 @@ for command in (
     check,
     convert,
     demo,
+    export_command,
     init,
     model_command,
+    monitor_command,
+    report_command,
     rules,
     run_command,
+    show_command,
+    study_command,
     synthesize_command,
     verify_command,
 ):
