@@ -10,7 +10,8 @@ factorisation without fill-in, which exists for an M-matrix, and of which plain 
 system of a hundred states is solved as it stands.
 
 The *bound* rests on nothing of this.  Where w ≥ 1 + γ P w, an error of δ in every equation moves v by
-no more than δ w: the error e obeys |e| ≤ δ + γ P |e| ≤ … ≤ δ w.  The expected number of steps is such a w.
+no more than δ w: the error e obeys ``|e| ≤ δ + γ P |e| ≤ … ≤ δ w``.  The expected number of steps is such
+a w.
 
 Source: Meijerink, van der Vorst, "An iterative solution method for linear systems of which the
 coefficient matrix is a symmetric M-matrix", Math. Comp. 31 (1977); van der Vorst, "Bi-CGSTAB", SIAM J. Sci.
@@ -195,7 +196,7 @@ def change_of(chain: Chain, gain: Floats, gamma: float, value: Floats) -> Floats
 
 
 def rounding(fan: int, reward: float, value: float) -> float:
-    """Return what rounding can add to p (r + γ v) summed over ``fan`` outcomes, |r| and |v| at most these."""
+    """Return what rounding can add to p (r + γ v) summed over ``fan`` outcomes, r and v at most these."""
     return (fan + 4) * EPS * (reward + value)
 
 

@@ -2,16 +2,16 @@
 
 A row is written for each interval of episodes; its step is the number of steps of the environment so far.
 
-===========================  ============================================================
-``rollout/ep_rew_mean``      the mean return of an episode, undiscounted
-``rollout/ep_len_mean``      the mean number of its steps
-``rollout/exploration_rate`` ε in the last of these episodes, where the settings are given
-``time/episodes``            episodes so far
-``time/total_timesteps``     steps so far
-``time/fps``                 steps a second, since the start
-``supremal/violations``      how often a rule was broken in these episodes
-``supremal/completion``      the share of them that were completed
-===========================  ============================================================
+============================  ============================================================
+``rollout/ep_rew_mean``       the mean return of an episode, undiscounted
+``rollout/ep_len_mean``       the mean number of its steps
+``rollout/exploration_rate``  ε in the last of these episodes, where the settings are given
+``time/episodes``             episodes so far
+``time/total_timesteps``      steps so far
+``time/fps``                  steps a second, since the start
+``supremal/violations``       how often a rule was broken in these episodes
+``supremal/completion``       the share of them that were completed
+============================  ============================================================
 
 Source: the names are those of Stable-Baselines3's logger, as its documentation lists them; the columns of a
 CSV file are those of its ``progress.csv``.

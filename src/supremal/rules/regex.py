@@ -75,8 +75,9 @@ def rule_from_regex(
     Notes
     -----
     The states are derivatives, up to similarity: n + 1 where the text is a plain sequence of n events, up to
-    2ⁿ with | and *, and more with ~ and &.  A count is one term, which is not written out.  Each state is
-    derived by each class of events that the text tells apart, so the size of the alphabet does not matter.
+    2ⁿ with ``|`` and ``*``, and more with ``~`` and ``&``.  A count is one term, which is not written out.
+    Each state is derived by each class of events that the text tells apart, so the size of the alphabet does
+    not matter.
 
     Examples
     --------
