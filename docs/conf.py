@@ -1,5 +1,9 @@
 """How the pages become a site: `make docs`.  A warning is an error there."""
 
+import re
+
+from sphinx.application import Sphinx
+
 from supremal import __version__
 
 project = "supremal"
@@ -38,3 +42,12 @@ html_theme = "furo"
 html_title = "supremal"
 html_copy_source = False
 html_show_sphinx = False
+
+
+def setup(app: Sphinx) -> None:
+    """Let pages link to those of the examples, which are none of the site, as to any other file."""
+    app.connect("source-read", _link_to_files)
+
+
+def _link_to_files(_app: Sphinx, _page: str, source: list[str]) -> None:
+    source[0] = re.sub(r"\]\((\.\./examples/[^)]*\.md)\)", r"](<path:\1>)", source[0])

@@ -8,9 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from pages import ROOT
+from pages import TUTORIAL
 
-PAGE = ROOT / "docs" / "tutorial.md"
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 PROGRAMS = {"supremal": [sys.executable, "-m", "supremal"], "python": [sys.executable]}
 
@@ -37,7 +36,7 @@ def type_in(block: str, folder: Path) -> None:
 def test_tutorial_can_be_followed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("COLUMNS", "200")
     counts = dict.fromkeys(("toml", "console", "python", "text"), 0)
-    for kind, block in BLOCK.findall(PAGE.read_text(encoding="utf-8")):
+    for kind, block in BLOCK.findall(TUTORIAL.read_text(encoding="utf-8")):
         counts[kind] += 1
         if kind == "toml":
             name = block.splitlines()[0].removeprefix("# ")
