@@ -47,7 +47,7 @@ from supremal.rules.patterns import PATTERNS
 from supremal.rules.regex import rule_from_regex
 from supremal.rules.rule import Form, Rule
 from supremal.show import figures
-from supremal.task import publish
+from supremal.task import page, publish
 from supremal.task.reading import read_task
 from supremal.verifier import find_difference, statements, texts, verify, verify_text
 from supremal.verifier.patterns import TEMPLATES, WALKS, read_call
@@ -885,7 +885,7 @@ def no_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
     """Drawing takes most of the time of a short run."""
     monkeypatch.setattr(figures, "check_figures", lambda: None)  # does not import matplotlib
     monkeypatch.setattr(publish, "save_curves", lambda *_, **__: None)
-    monkeypatch.setattr(publish, "automaton_svg", lambda *_, **__: "")
+    monkeypatch.setattr(page, "automaton_svg", lambda *_, **__: "")
 
 
 def certified(name: str, folder: Path) -> Path:

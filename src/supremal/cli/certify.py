@@ -41,7 +41,7 @@ def certify_command(run: Path, out: Path | None, seed: int | None, force: bool) 
         task.environment,
         task.rules,
         task.reward_machine,
-        _read_policy(run / "learned.npz", seed),
+        read_policy(run / "learned.npz", seed),
         gamma=_read_gamma(run / "result.json"),
         nonblocking=task.options.nonblocking,
         max_states=task.options.max_states or MAX_STATES,
@@ -81,7 +81,7 @@ def _read_gamma(path: Path) -> float:
     raise FormatError(message, path=str(path))
 
 
-def _read_policy(path: Path, seed: int | None) -> Any:  # noqa: ANN401 - an array; numpy is imported late
+def read_policy(path: Path, seed: int | None) -> Any:  # noqa: ANN401 - an array; numpy is imported late
     """Return the policy that a seed has learned, ``int [S]``."""
     from zipfile import BadZipFile
     from zlib import error as zlib_error

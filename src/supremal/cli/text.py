@@ -21,9 +21,7 @@ def describe(console: Console, result: Mapping[str, Any], folder: Path) -> None:
     for plant in check["plants"]:
         console.print(f"  {plant['name']}: {plant['states']:,} states", highlight=False)
     for rule in check["rules"]:
-        verdict = {True: "controllable", False: "not controllable"}.get(rule["controllable"], "left open")
-        sizes = f"{rule['class']}, {rule['states']} states"
-        console.print(Text(f"  {rule['name']} ({sizes}): {verdict}. {rule['without_plant']['text']}"))
+        console.print(Text(f"  {_rule(rule)}"))
     console.print(
         f"  product under supervision: {product['states']:,} states, {product['state_actions']:,} enabled "
         f"actions, {product['disabled']:,} disabled",
@@ -36,6 +34,17 @@ def describe(console: Console, result: Mapping[str, Any], folder: Path) -> None:
             Text("Stopped before the end: these numbers are of the episodes that were run.", style="bold")
         )
     console.print(Text(f"Written to {folder}; open {folder / 'report.html'}"), soft_wrap=True)
+
+
+def _rule(rule: Mapping[str, Any]) -> str:
+    """Say whether a rule can be kept, with the witness of `supremal check` where it cannot."""
+    found = rule["witness"] or rule["blocking"]
+    verdict = {True: "controllable", False: "not controllable"}.get(rule["controllable"], "left open")
+    if rule["blocking"] and not rule["witness"]:
+        verdict += ", blocking"
+    states = "1 state" if rule["states"] == 1 else f"{rule['states']:,} states"
+    why = f"{found['text']}." if found else rule["without_plant"]["text"]
+    return f"{rule['name']} ({rule['class']}, {states}): {verdict}. {why[:1].upper()}{why[1:]}"
 
 
 def _numbers(result: Mapping[str, Any]) -> Table:
@@ -69,7 +78,9 @@ def _numbers(result: Mapping[str, Any]) -> Table:
     row("greedy policy ever breaks a rule", *policies("violation_probability"))
     row("value of the greedy policy", f"{greedy['value']:.9f}")
     row("value of the optimum", f"{optimal['value']:.9f}")
-    row("gap (solver's bound)", f"{greedy['gap']:.1e} ({optimal['bound'] + greedy['bound']:.0e})")
+    bound = optimal["bound"] + greedy["bound"]
+    gap = "0" if abs(greedy["gap"]) <= bound else f"{greedy['gap']:.1e}"
+    row("gap (solver's bound)", f"{gap} ({bound:.0e})")
     row(
         "expected steps, optimum",
         "–" if optimal["expected_steps"] is None else f"{optimal['expected_steps']:.4f}",

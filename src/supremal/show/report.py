@@ -1,21 +1,26 @@
 """The report of a run: one HTML page that needs nothing else.
 
-No network, no script: the style stands inside the page, the pictures are inline SVG.  It reads in light and
-dark mode, on a phone and on paper.  Each section is a Jinja block of ``templates/report.html.j2`` and takes
-its numbers from the result alone; what a run did not reach is missing there and shows as "–".
+No network and no library: style and script stand inside the page, the pictures are inline SVG, and what is
+played is one island of JSON (`supremal.show.playback`).  It reads in light and dark mode, on a phone, on
+paper and without JavaScript, where only the playback and the search are missing.  The frame is
+``templates/report.html.j2``, and each of its parts is a file of its own; what a run did not reach is missing
+there, or shows as "–".
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
-from typing import Any
-
-from jinja2 import ChainableUndefined, Environment, PackageLoader
-from markupsafe import Markup
+from typing import Any, Final
 
 from supremal.show import _words
+from supremal.show._story import story
+from supremal.show._templates import templates, trusted
+from supremal.show.board import board_svg
+from supremal.show.disabled import DisabledTable
+from supremal.show.legend import SIGNS, signs_of
+from supremal.show.playback import Playback, as_island, playback_document
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,49 +36,52 @@ class Diagram:
         as it stands, so it must come from a trusted place.
     caption
         A sentence or two that tell what to see.
-    wide
-        Whether it takes the width of the page.
     """
 
     title: str
     svg: str
     caption: str = ""
-    wide: bool = False
 
 
-def _trusted(markup: str) -> Markup:
-    return Markup(markup)  # noqa: S704 - our own, with all names in it escaped
+@dataclass(frozen=True, slots=True)
+class RuleView:
+    """What is shown of a rule beside what a result says of it.
+
+    Parameters
+    ----------
+    name
+        That of the rule.
+    svg
+        A picture of its automaton, trusted as a `Diagram`'s; "" where it is too large.
+    accepted, rejected
+        The shortest words that it allows, and the shortest that it forbids.
+    """
+
+    name: str
+    svg: str = ""
+    accepted: tuple[tuple[str, ...], ...] = ()
+    rejected: tuple[tuple[str, ...], ...] = ()
+
+    @property
+    def wide(self) -> bool:
+        """Whether the picture needs a line of its own to be read."""
+        size = re.search(r'<svg[^>]* width="(\d+)"', self.svg)
+        return size is not None and int(size[1]) > _BESIDE
 
 
-def _typeset(text: object) -> Markup:
-    return _trusted(_words.typeset(str(text)))
-
-
-@cache
-def _environment() -> Environment:
-    environment = Environment(
-        loader=PackageLoader("supremal.show", "templates"),
-        autoescape=True,
-        undefined=ChainableUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters |= {
-        "integer": _words.integer,
-        "decimal": _words.decimal,
-        "percent": _words.percent,
-        "count": _words.count,
-        "witness": _words.witness_sentence,
-        "signs": _words.signs,
-        "sentence": _words.sentence,
-        "typeset": _typeset,
-    }
-    environment.tests["number"] = _words.is_number
-    return environment
+_BESIDE: Final = 420
+"""How wide a picture is that still stands beside what is said of its rule."""
 
 
 def report_html(
-    result: Mapping[str, Any], *, diagrams: Sequence[Diagram] = (), charts: Sequence[str] = ()
+    result: Mapping[str, Any],
+    *,
+    rules: Sequence[RuleView] = (),
+    diagrams: Sequence[Diagram] = (),
+    charts: Sequence[str] = (),
+    disabled: DisabledTable | None = None,
+    playback: Playback | None = None,
+    free: Collection[str] = frozenset(),
 ) -> str:
     """Return the report of ``result`` as the text of one HTML page.
 
@@ -81,10 +89,18 @@ def report_html(
     ----------
     result
         What ``result.json`` holds.  Parts may be missing.
+    rules
+        Pictures and words of the rules, in the order of the playback's parts.
     diagrams
-        The automata and the reward machine.
+        Other pictures: the reward machine.
     charts
         The learning curves, each one ``<svg>`` element, as `curves_svg` returns it; trusted, as a diagram's.
+    disabled
+        What the supervisor disables, and why.
+    playback
+        Episodes to move through.
+    free
+        The events that nobody controls.
 
     Notes
     -----
@@ -96,15 +112,30 @@ def report_html(
     >>> "The rules can be kept." in page
     True
     """
-    shown = [
-        {"title": d.title, "svg": _trusted(d.svg), "caption": d.caption, "wide": d.wide} for d in diagrams
-    ]
-    page = _environment().get_template("report.html.j2")
+    idle = disabled is not None and disabled.idle
+    page = templates().get_template("report.html.j2")
     return page.render(
         result=result,
-        headline=_words.headline(result),
+        headline=_words.headline(result, idle=idle),
         lede=_words.lede(result),
         gap=_words.gap(result),
-        diagrams=shown,
-        charts=[_trusted(chart) for chart in charts],
+        bound=_words.bounds(result),
+        told=story(result.get("check") or {}, free),
+        views={rule.name: rule for rule in rules},
+        places={rule.name: k for k, rule in enumerate(rules)},
+        diagrams=diagrams,
+        signs={sign: SIGNS[sign] for sign in signs_of(*(rule.svg for rule in rules))},
+        charts=[trusted(chart) for chart in charts],
+        disabled=disabled,
+        playback=playback,
+        board=trusted(_start_of(playback)),
+        island=trusted(as_island(playback_document(playback))) if playback else "",
+        free=frozenset(free),
     )
+
+
+def _start_of(playback: Playback | None) -> str:
+    """Return the map of a playback at its start, "" where there is none."""
+    if playback is None or playback.board is None:
+        return ""
+    return board_svg(playback.board, playback.reels[0].episodes[0].steps[0].look.tokens)

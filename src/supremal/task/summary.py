@@ -18,8 +18,9 @@ from supremal.rules.about import classify
 from supremal.synthesis.verify import find_uncontrollable
 from supremal.task.comparison import comparison
 from supremal.task.experiment import Experiment
-from supremal.task.findings import document
+from supremal.task.findings import Findings, document
 from supremal.task.spread import CONFIDENCE, spread
+from supremal.task.task import Task
 
 _SEVERAL: Final = 2
 
@@ -51,7 +52,7 @@ def summary(experiment: Experiment) -> dict[str, Any]:
         "seed": result.seed,
         "seeds": len(experiment.results),
         "settings": asdict(task.settings),
-        "check": _check_summary(experiment),
+        "check": check_summary(experiment.findings, task),
         "product": {
             "states": int(reached.sum()),
             "state_actions": int(experiment.enabled[reached].sum()),
@@ -148,10 +149,10 @@ def _baseline_summary(experiment: Experiment) -> dict[str, Any] | None:
     }
 
 
-def _check_summary(experiment: Experiment) -> dict[str, Any]:
+def check_summary(findings: Findings, task: Task) -> dict[str, Any]:
     """Return what `supremal check` says, and for each rule what it is and what holds without the plant."""
-    said = document(experiment.findings)
-    for entry, rule in zip(said["rules"], experiment.task.rules, strict=True):
+    said = document(findings)
+    for entry, rule in zip(said["rules"], task.rules, strict=True):
         entry |= {
             "sentence": rule.sentence,
             "form": rule.form,
