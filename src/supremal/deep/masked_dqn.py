@@ -69,9 +69,14 @@ class MaskedDQN(DQN):
 
     Examples
     --------
-    >>> import gymnasium  # doctest: +SKIP
-    >>> from supremal.deep import MaskedDQN  # doctest: +SKIP
-    >>> model = MaskedDQN("MultiInputPolicy", env, seed=0).learn(10_000)  # doctest: +SKIP
+    >>> import gymnasium
+    >>> from supremal import Alphabet, SupervisedEnv, rule_from_regex
+    >>> moves = ["up", "right", "down", "left"]
+    >>> rule = rule_from_regex("~(.* up up .*)", Alphabet(moves))
+    >>> env = SupervisedEnv(gymnasium.make("CliffWalking-v1"), rules=[rule], events=moves)
+    >>> model = MaskedDQN("MultiInputPolicy", env, learning_starts=20, seed=0).learn(40)
+    >>> env.counts
+    Counts(violations=0, disabled=0, model_broken=0)
     """
 
     replay_buffer: Any

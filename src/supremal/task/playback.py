@@ -61,7 +61,8 @@ def playback_of(
     Raises
     ------
     MDPError
-        If the policy is not one of this product, or does what the supervisor disables.
+        If the policy is not one of this product, or does what the supervisor disables; or if the rules can only
+        be kept by resting, which nobody can in a process.
 
     Notes
     -----
