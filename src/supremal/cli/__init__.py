@@ -20,6 +20,7 @@ from supremal.cli.export import export_command
 from supremal.cli.export_model import model_command
 from supremal.cli.init import init
 from supremal.cli.monitor import monitor_command
+from supremal.cli.play import play_command
 from supremal.cli.report import report_command
 from supremal.cli.rules import rules
 from supremal.cli.run import STOPPED, run_command
@@ -71,6 +72,7 @@ for command in (
     init,
     model_command,
     monitor_command,
+    play_command,
     report_command,
     rules,
     run_command,

@@ -61,7 +61,7 @@ def playback_of(
     Raises
     ------
     MDPError
-        If the policy is not one of this product, or does what the supervisor disables; or if the rules can only
+        If the policy is not one of this product, or does what the supervisor disables; if its rules can only
         be kept by resting, which nobody can in a process.
 
     Notes
