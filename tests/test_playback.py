@@ -11,6 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from processes import random_process
+from served import LAMP
 from supremal import MDPError, TabularMDP, evaluate, from_outcomes, safe_actions
 from supremal.automata.alphabet import Alphabet
 from supremal.decisions.worst_case import worst_case
@@ -196,21 +197,6 @@ def test_worlds_without_cells_are_told_in_words(tmp_path: Path) -> None:
     assert plain.look((3,)).facts == ("3",)
 
 
-PLANTS = """
-[[plant]]
-transitions = \"""
-    uncontrollable fuse
-    dark -on-> lit
-    lit -off, fuse-> dark
-\"""
-[[rule]]
-name = "once"
-pattern = "at_most"
-of = "fuse"
-times = 1
-"""
-
-
 def task_of(text: str, folder: Path) -> tuple[Task, Findings]:
     path = folder / "task.toml"
     path.write_text(text, encoding="utf-8")
@@ -219,7 +205,7 @@ def task_of(text: str, folder: Path) -> tuple[Task, Findings]:
 
 
 def test_plants_alone_play_what_their_supervisor_enables(tmp_path: Path) -> None:
-    task, findings = task_of(PLANTS, tmp_path)
+    task, findings = task_of(LAMP, tmp_path)
     played = playback_of(task, findings, episodes=4)
     assert played == playback_of(task, findings, episodes=4)
     assert len({episode.steps for episode in played.reels[0].episodes}) > 1
@@ -234,7 +220,7 @@ def test_plants_alone_play_what_their_supervisor_enables(tmp_path: Path) -> None
 
 def test_what_cannot_be_kept_is_not_played(tmp_path: Path) -> None:
     task, findings = task_of(
-        PLANTS.replace("times = 1", "times = 0").replace("dark -on-> lit", "initial lit"), tmp_path
+        LAMP.replace("times = 1", "times = 0").replace("dark -on-> lit", "initial lit"), tmp_path
     )
     assert findings.verdict == "not_enforceable"
     assert playback_of(task, findings) is None
