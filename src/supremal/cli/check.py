@@ -89,6 +89,8 @@ def tell(findings: Findings, *, worst_case: bool = False) -> None:
     for rule, (controllable, nonblocking) in zip(findings.rules, findings.each, strict=True):
         _answer(f"rule {rule.name}: {_states(rule)}", controllable, nonblocking)
     _answer("all together:", findings.controllable, findings.nonblocking, findings.can_act)
+    if findings.guilty is not None:
+        click.echo(f"  {findings.guilty}")
     if findings.reason:
         click.echo(f"  {findings.reason}")
     else:

@@ -105,7 +105,7 @@ def _write(path: Path, text: str) -> None:
 def _sizes(controller: Controller) -> str:
     tables, events = len(controller.components), len(controller.alphabet)
     side_by_side = f" in {tables} tables, side by side" if tables > 1 else ""
-    tested = sum(len(vector.word) for vector in controller.vectors)
+    tested = sum(len(vector.word) + 1 for vector in controller.vectors)
     return f"{controller.n_states:,} states{side_by_side}, {events} events; its self-test has {tested} steps"
 
 

@@ -24,9 +24,9 @@ def init(file: Path) -> None:
         with file.open("x", encoding="utf-8", newline="\n") as stream:
             stream.write(text)
     except FileExistsError:
-        message = f"{file} exists already; give another name"
+        message = f"{file} exists already; give another name: supremal init other.toml"
         raise OutputError(message) from None
     except OSError as error:
         message = f"cannot write {file}: {error.strerror}; give another name"
         raise OutputError(message) from None
-    click.echo(f"Wrote {file}. Ask what it says: supremal check {file}")
+    click.echo(f"Wrote {file}. Ask what its rules say: supremal rules {file}; can they be kept: supremal check {file}")

@@ -123,7 +123,11 @@ def _told(rule: Rule, about: dict[str, Any]) -> Iterator[str]:
     yield f"{about['class']}: {MEANING[about['class']]}"
     yield f"accepts {_spelled(about['accepted'])}"
     yield f"rejects {_spelled(about['rejected'])}"
-    yield f"{about['states']:,} states, {about['transitions']:,} transitions"
+    yield f"{_count(about['states'], 'state')}, {_count(about['transitions'], 'transition')}"
+
+
+def _count(number: int, noun: str) -> str:
+    return f"1 {noun}" if number == 1 else f"{number:,} {noun}s"
 
 
 def _spelled(words: Sequence[Sequence[str]]) -> str:

@@ -82,13 +82,12 @@ def _table(disabled: Disabled, shown: int) -> dict[str, Any]:
 
 
 def _tell_lost(findings: Findings) -> None:
-    """Print what is given up, and whose fault it is where that is everything."""
-    if findings.guilty is not None:
-        click.echo(f"  {findings.guilty}")
+    """Print what is given up."""
     if findings.given_up is None:
         click.echo("  given up: too many states to say; a larger --max-states may do")
     elif findings.given_up:
-        click.echo("  given up, the shortest words first:")
+        all_of_it = "all that would satisfy the rules is " if findings.supervisor.is_empty else ""
+        click.echo(f"  {all_of_it}given up, the shortest words first:")
         points: dict[tuple[str, ...], list[GivenUp]] = {}
         for lost in findings.given_up:
             points.setdefault(lost.word[: (lost.kept or 0) + 1], []).append(lost)

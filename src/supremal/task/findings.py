@@ -104,7 +104,7 @@ def plants_of(task: Task) -> tuple[Automaton, ...]:
 def study(
     plants: tuple[Automaton, ...], rules: tuple[Automaton, ...], options: Options, *, lost: bool = True
 ) -> Findings:
-    """Find out everything; what is ``lost``, and whose fault it is, only if asked."""
+    """Find out everything; what is ``lost`` only if asked."""
     begin = perf_counter()
     closed, must_act, limit = not options.nonblocking, options.must_act, options.max_states
     causes = find_causes(plants, rules, nonblocking=not closed, must_act=must_act, max_states=limit)
@@ -123,7 +123,7 @@ def study(
         nonblocking=_nonblocking(causes, whole, closed=closed),
         can_act=Question(asked=True, witness=deadlock_in(causes)) if must_act else OPEN,
         given_up=_lost(causes, whole, supervisor, closed=closed) if lost else None,
-        guilty=_guilty(plants, rules, options) if lost and supervisor.is_empty else None,
+        guilty=_guilty(plants, rules, options) if supervisor.is_empty else None,
         reason=explain_empty(causes),
         seconds=perf_counter() - begin,
     )
