@@ -316,7 +316,12 @@ def test_bad_input_is_one_line_and_2(command: str, tmp_path: Path) -> None:
         ([tmp_path / "missing.json"], "cannot read"),
         ([broken], "this is not JSON"),
         ([clash], "is not deterministic"),
-        ([tmp_path / "model.xyz"], "is no ending of a model file"),
+        ([tmp_path / "model.xyz"], "is no ending of a model file; known: .json, "),
+        (
+            [tmp_path / "model"],
+            "has no ending; known: .json, .wmod, .xml, .gen, .ads, .fsm, .hoa, .dot, and .toml ",
+        ),
+        ([tmp_path], "is a folder; give a task file (.toml) or a model file"),
         ([FACTORY, "--max-states", 5], "has more than 5; raise max_states or split it"),
     ]
     for arguments, reason in cases:

@@ -137,7 +137,9 @@ def test_without_a_plant_the_answer_holds_whatever_happens(tmp_path: Path) -> No
     result = ask("check", path)
     assert result.exit_code == 0
     assert "no plant is given, so any event may come at any time" in result.stdout
-    assert ask("run", path).exit_code == 2
+    run = ask("run", path)
+    assert run.exit_code == 2
+    assert "has no [environment], so nothing can be learned; say how likely uncontrollable" in run.stderr
 
 
 def test_a_slip_is_one_clear_message(tmp_path: Path) -> None:

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import operator
 import random
+from typing import Any
 
 import numpy as np
 import pytest
 
 import book
 from supremal import Alphabet, Automaton, FormatError, RuleError, SupremalError, minimise, trim
+from supremal.rules.existence import absence
+from supremal.rules.ltlf import rule_from_ltlf
 from supremal.rules.regex import rule_from_regex, sentence_of_regex
 
 ABC = Alphabet(("a", "b", "c"))
@@ -300,6 +303,19 @@ def test_errors(text: str, column: int, problem: str) -> None:
         assert len(str(error)) < 400
     with pytest.raises(FormatError):
         sentence_of_regex(text, ABC)
+
+
+def test_a_list_is_no_alphabet() -> None:
+    says = r"alphabet is \['up', 'left'\]; an Alphabet is needed: Alphabet\(\[\.\.\.\]\)"
+    words: Any = ["up", "left"]
+    with pytest.raises(RuleError, match=says):
+        rule_from_regex("left", words)
+    with pytest.raises(RuleError, match=says):
+        rule_from_ltlf("G left", words)
+    with pytest.raises(RuleError, match=says):
+        absence("left", alphabet=words)
+    with pytest.raises(RuleError, match="alphabet is None; an Alphabet is needed"):
+        absence("left", alphabet=None)  # type: ignore[arg-type]
 
 
 def test_errors_say_the_line() -> None:

@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import json
 import re
+from io import StringIO
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from click.testing import CliRunner, Result
+from rich.console import Console
 
 from supremal import explain_disabled, from_text, reward_machine
 from supremal.cli.report import report_command
 from supremal.cli.run import run_command
+from supremal.cli.text import describe
 from supremal.errors import FormatError
 from supremal.show import _words
 from supremal.show._story import story
@@ -22,6 +25,8 @@ from supremal.show.disabled import disabled_table, listed
 from supremal.show.figures import Series, curves_svg
 from supremal.show.playback import Episode, Look, Part, Playback, Reel, Step
 from supremal.show.report import Diagram, RuleView, report_html
+from supremal.task.page import rule_views
+from supremal.task.reading import read_task
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 
@@ -149,7 +154,7 @@ def test_the_report_says_what_was_found():
         "3 states, 10 transitions",
         "Rule automaton: 6 states, 16 transitions.",
         "Written as only_sequence(...)",
-        "it allowsnothing at allb",
+        "it allows(nothing happened yet)b",
         "it forbidsdu du",
         "−979.3",
         "3 × 10⁻¹²",
@@ -220,8 +225,32 @@ def test_rules_that_cannot_be_kept():
 
 
 def test_rules_that_can_be_kept_in_part():
-    page = report_html(RESULT | {"check": RESULT["check"] | {"verdict": "enforceable_in_part"}})
-    assert "The rules can be kept by forbidding more than they do, and were: no" in visible(page)
+    rules = [rule | {"controllable": False, "without_plant": None} for rule in RESULT["check"]["rules"]]
+    check = RESULT["check"] | {"verdict": "enforceable_in_part", "rules": rules}
+    words = visible(report_html(RESULT | {"check": check}))
+    assert "The rules can be kept by forbidding more than they do, and were: no" in words
+    assert words.count("not by itself: more has to be forbidden") == len(rules)
+    assert "cannot be kept" not in words
+
+
+def test_a_word_is_told_in_one_form():
+    witness = {"word": ["left", "@8", "!gust", "?up", "@9"], "event": "hole"}
+    rule = {"name": "dry", "controllable": False, "witness": witness}
+    words = visible(report_html({"check": {"verdict": "enforceable_in_part", "rules": [rule]}}))
+    assert "left→state 8→up→state 9→ hole" in words
+    assert "After left (state 8) up (state 9), hole can happen, which nobody controls" in words
+
+
+def test_the_words_of_a_rule_are_worth_a_look() -> None:
+    task = read_task(EXAMPLES / "frozen_lake.toml")
+    dry, dithering, _ = rule_views(task)
+    assert dry.accepted == ((), ("left",), ("down",))  # of the events that matter to it no other is allowed
+    assert dry.rejected == (("hole",),)  # all others begin or end like it
+    assert dithering.rejected == (("left", "right"), ("right", "left"), ("left", "left", "right"))
+    for view, rule in zip(rule_views(task), task.rules, strict=True):
+        assert all(rule.automaton.accepts(word) for word in view.accepted)
+        assert not any(rule.automaton.accepts(word) for word in view.rejected)
+        assert all(rule.automaton.accepts(word[:k]) for word in view.rejected for k in range(len(word)))
 
 
 def test_broken_rules_are_not_hidden():
@@ -419,7 +448,39 @@ def test_a_page_that_cannot_be_written_leaves_nothing(run_folder: Path, tmp_path
 
 def test_the_terminal_says_what_the_check_found(tmp_path: Path) -> None:
     done = ask(run_command, EXAMPLES / "frozen_lake.toml", "--episodes", 50, "--out", tmp_path / "run")
-    assert "stay dry (safety, 1 state): not controllable. After left" in " ".join(done.output.split())
-    assert "no dithering (safety, 3 states): controllable. The plant is not needed" in " ".join(
-        done.output.split()
+    lines = [line.strip() for line in done.output.splitlines()]  # no terminal: none of them is wrapped
+    assert any(
+        line.startswith("stay dry (safety, 1 state): not controllable. After left")
+        and line.endswith("it breaks stay dry in its state 0.")
+        for line in lines
     )
+    assert any(
+        line.startswith("no dithering (safety, 3 states): controllable. The plant is not needed")
+        for line in lines
+    )
+
+
+@pytest.mark.parametrize("terminal", [True, False])
+def test_lines_are_wrapped_on_a_terminal_only(run_folder: Path, *, terminal: bool) -> None:
+    result = json.loads((run_folder / "result.json").read_text(encoding="utf-8"))
+    said = said_of(result, width=90, force_terminal=terminal, color_system=None)
+    before = said[: said.index("rules broken")]
+    assert (max(map(len, before.splitlines())) <= 90) is terminal
+
+
+def test_a_baseline_that_completes_nothing_is_explained(run_folder: Path) -> None:
+    result = json.loads((run_folder / "result.json").read_text(encoding="utf-8"))
+    assert result["baseline"]["greedy"]["completion"] > 0
+    assert "never completes the task" not in said_of(result)
+    nothing = "Without the rules the greedy policy never completes the task within 200 steps; its episodes"
+    for steps, ends in ((4.04, "end after 4.0 on average."), (None, "may never end.")):
+        greedy = result["baseline"]["greedy"] | {"completion": 0.0, "expected_steps": steps}
+        baseline = result["baseline"] | {"greedy": greedy}
+        assert f"\n{nothing} {ends}\n" in said_of(result | {"baseline": baseline})
+    assert "never completes the task" not in said_of(result | {"baseline": None})
+
+
+def said_of(result: dict[str, Any], **console: Any) -> str:
+    out = StringIO()
+    describe(Console(file=out, **console), result, Path("run"))
+    return out.getvalue()

@@ -91,7 +91,7 @@ def test_masks_are_those_of_the_definition_and_of_a_monitor(
     if not names:
         return
     if inside.initial is None:
-        with pytest.raises(RuleError, match="no agent can keep these rules there; nothing can be enforced"):
+        with pytest.raises(RuleError, match="no agent can keep these rules with this plant: "):
             SupervisedEnv(Plays(plant, tuple(names)), **make)
         return
     env = SupervisedEnv(Plays(plant, tuple(names)), **make)
@@ -184,8 +184,7 @@ def test_strict_raises_before_the_environment_is_touched() -> None:
     with pytest.raises(MDPError) as caught:
         env.step(1)
     assert str(caught.value) == (
-        "action 1 ('action_1') is disabled (turns in 0): action_1 is disabled: it breaks turns in its "
-        "state 0; enabled: action_0"
+        "action 1 ('action_1') is disabled (turns in 0): it breaks turns in its state 0; enabled: action_0"
     )
     assert env.unwrapped.taken == []
     env.step(0)
@@ -420,8 +419,14 @@ def test_rules_that_nobody_can_keep_are_refused_with_the_reason() -> None:
     with pytest.raises(RuleError) as caught:
         SupervisedEnv(Scripted(None), rules=[rule])
     assert str(caught.value) == (
-        "no agent can keep these rules in the worst case, which any plant is that you do not give; nothing "
-        "can be enforced: gust can happen, which nobody controls: it breaks calm in its state 0"
+        "no agent can keep these rules if anything may happen at any time; give plant= to say what can: gust "
+        "can happen, which nobody controls: it breaks calm in its state 0"
+    )
+    with pytest.raises(RuleError) as caught:
+        SupervisedEnv(Scripted(None), rules=[rule], plant=from_text("uncontrollable gust\n0 -gust-> 0"))
+    assert str(caught.value) == (
+        "no agent can keep these rules with this plant: gust can happen, which nobody controls: it breaks "
+        "calm in its state 0"
     )
 
 
@@ -430,7 +435,12 @@ BAD = [
     ({"replace": "last"}, MDPError, "replace is 'last'; known: random, first"),
     ({"events": ["go"]}, RuleError, "events names 1 actions; the environment has 2: name the event of each"),
     ({"events": "ab"}, RuleError, "events names 2 actions"),
-    ({"rules": ["never"]}, RuleError, "a rule is a str; a Rule or an Automaton is needed"),
+    (
+        {"rules": ["~(.* left left .*)"]},
+        RuleError,
+        r"a Rule or an Automaton is needed; write rule_from_regex\(text, Alphabet\(events\)\)",
+    ),
+    ({"rules": [3]}, RuleError, "a rule is a int; a Rule or an Automaton is needed$"),
     (
         {"rules": [from_text("0 -actoin_0-> 0")]},
         RuleError,

@@ -427,6 +427,76 @@ def test_slips_of_one_table_are_told_together(read: Callable[..., Task]) -> None
     assert [line.split(": ")[1] for line in others] == ["learner.gamma", "learner.episodes", "reported.1.key"]
 
 
+def slips(read: Callable[..., Task], *parts: str) -> list[str]:
+    """The line and the key of each slip that is told, and how it goes on."""
+    with pytest.raises(FormatError) as caught:
+        read(*parts)
+    return [re.sub(r".*task\.toml:(\d+):\d+: ", r"\1 ", line) for line in str(caught.value).splitlines()]
+
+
+SLIPPED = """
+[[rule]]
+pattern = "at_most"
+of = "a"
+times = "2"
+[[rule]]
+regex = "(a b"
+"""
+
+
+def test_unknown_keys_are_told_together_with_slips_in_rules(read: Callable[..., Task]) -> None:
+    text = 'nam = "x"\ntitel = "y"', AB, SLIPPED, "[option]\nnonblocking = true"
+    assert [line.split(":")[0] for line in slips(read, *text)] == [
+        "1 nam",
+        "2 titel",
+        "10 rule.1.times",
+        "12 rule.2.regex",
+        "14 option",
+    ]
+
+
+def test_all_unknown_keys_of_a_table_are_told(read: Callable[..., Task]) -> None:
+    rule = '[[rule]]\npattern = "absence"\nof = "a"\nnote = 1\nsentance = ""'
+    found = slips(read, AB, rule, "[run]\nsede = 1\nseeds = 0")
+    assert [line.split(":")[0] for line in found] == [
+        "7 rule.1.note",
+        "8 rule.1.sentance",
+        "10 run.sede",
+        "11 run.seeds",
+    ]
+
+
+PLANTS = """
+[[plant]]
+transitions = [["0", "a"]]
+[[plant]]
+transitoins = []
+"""
+
+
+@pytest.mark.parametrize(("events", "more"), [(AB, ["14 rule.2.regex"]), ("\n\n", [])])
+def test_slips_in_plants_hide_none_in_rules(events: str, more: list[str], read: Callable[..., Task]) -> None:
+    """Without [events] the plants would have said which there are, so an expression cannot be read."""
+    assert [line.split(":")[0] for line in slips(read, events, PLANTS, SLIPPED)] == [
+        "6 plant.1.transitions",
+        "8 plant.2.transitoins",
+        "12 rule.1.times",
+        *more,
+    ]
+
+
+def test_what_could_follow_from_a_slip_is_not_told(read: Callable[..., Task]) -> None:
+    assert slips(read, AB.replace("events", "event"), '[[rule]]\npattern = "absence"\nof = "a"') == [
+        "1 event: unknown key 'event'; did you mean 'events'?"
+    ]
+
+
+def test_patterns_that_are_called_alike_come_first(read: Callable[..., Task]) -> None:
+    (said,) = slips(read, AB, '[[rule]]\npattern = "never"')
+    assert said.startswith("5 rule.1.pattern: is 'never'; known: never_sequence, ")
+    assert said.endswith(", ... (docs/rules.md has them all)")
+
+
 # --- whatever is written ----------------------------------------------------------------------------------
 
 

@@ -203,6 +203,8 @@ def test_any_text_is_read_or_told(text: str) -> None:
     ("text", "says"),
     [
         ("a = 1\nb = \n", "t.toml:2:5: this is not TOML: invalid value"),
+        ("a = 1\nof = hole\n", "t.toml:2:6: this is not TOML: invalid value (a text needs quotes)"),
+        ("a = [b]", "t.toml:1:6: this is not TOML: invalid value (a text needs quotes)"),
         ("a = [1,", "t.toml:1:8: this is not TOML: invalid value"),
         ("é = 1", "t.toml:1:1: this is not TOML: invalid statement"),
         ("a = 1\na = 2", "t.toml:2:6: this is not TOML: cannot overwrite a value"),

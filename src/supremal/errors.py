@@ -88,7 +88,7 @@ class MissingDependencyError(SupremalError, ImportError):
 
 
 def suggest(wrong: str, known: Iterable[str], *, limit: int = 12) -> str:
-    """Say what would be right in place of the name ``wrong``.
+    """Say what would be right in place of the name ``wrong``: first what begins with it, or has it in it.
 
     Examples
     --------
@@ -96,8 +96,10 @@ def suggest(wrong: str, known: Iterable[str], *, limit: int = 12) -> str:
     "did you mean 'drop1'?"
     >>> suggest("x", ["left", "right"])
     'known: left, right'
+    >>> suggest("up", ["left", "step_up", "upstairs_again"])
+    'known: upstairs_again, step_up, left'
     """
-    names = [str(name) for name in known]
+    names = sorted(map(str, known), key=lambda name: (not name.startswith(wrong), wrong not in name))
     close = get_close_matches(wrong, names, n=1)
     if close:
         return f"did you mean {close[0]!r}?"

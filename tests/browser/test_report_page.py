@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import json
+from itertools import groupby
 from typing import Any
 
 import pytest
@@ -265,6 +266,10 @@ def test_without_scripts_the_page_still_reads(visit: Any) -> None:
     text = css(page, "body").text
     assert "The playback needs JavaScript. These are the episodes as words:" in text
     assert "Seed 0: " in text
+    events = [data(page)["names"][event] for step in steps_of(page) for event in step.get("word", ())]
+    runs = [(event, len(list(run))) for event, run in groupby(events)]
+    assert max(times for _, times in runs) > 1
+    assert " ".join(event if n == 1 else f"{event} ×{n}" for event, n in runs) in text.replace("\xa0", " ")
     assert "After a drop: put down 2 and 3" in text
     assert not css(page, ".player").is_displayed()
     assert not css(page, "#search").is_displayed()

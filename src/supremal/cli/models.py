@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from supremal.automata.automaton import Automaton
-from supremal.errors import SupremalError
+from supremal.errors import FormatError, SupremalError
 from supremal.formats import Model, read_model, write_model
 from supremal.formats.files import find_ending
 from supremal.synthesis.causes import named
@@ -63,6 +63,7 @@ def read(paths: Sequence[Path], *, closed: bool, must_act: bool, max_states: int
     plants: list[Automaton] = []
     specs: list[Automaton] = []
     for path in paths:
+        _check_ending(path)
         try:
             model = read_model(path)
         except OSError as error:
@@ -72,6 +73,17 @@ def read(paths: Sequence[Path], *, closed: bool, must_act: bool, max_states: int
         specs += model.specs
     options = Options(nonblocking=not closed, must_act=must_act, max_states=max_states)
     return Subject(named(plants, "plant"), named(specs, "rule"), options)
+
+
+def _check_ending(path: Path) -> None:
+    """Raise unless the ending of ``path`` is that of a model file."""
+    try:
+        find_ending(str(path))
+    except FormatError as error:
+        message = f"{error}, and {TASK_ENDING} for a task file"
+        if path.is_dir():
+            message = f"{path} is a folder; give a task file ({TASK_ENDING}) or a model file"
+        raise InputError(message) from None
 
 
 def check_place(path: Path, *, force: bool) -> None:

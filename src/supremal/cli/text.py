@@ -14,25 +14,28 @@ from supremal.cli.check import VERDICTS
 
 
 def describe(console: Console, result: Mapping[str, Any], folder: Path) -> None:
-    """Print what a reader of the report should know first."""
+    """Print what a reader of the report should know first; lines are wrapped on a terminal only."""
     check, product = result["check"], result["product"]
+
+    def say(line: str, style: str = "") -> None:
+        console.print(Text(line, style=style), soft_wrap=not console.is_terminal)
+
     console.print()
-    console.print(Text(VERDICTS[check["verdict"]], style="bold"))
+    say(VERDICTS[check["verdict"]], "bold")
     for plant in check["plants"]:
-        console.print(f"  {plant['name']}: {plant['states']:,} states", highlight=False)
+        say(f"  {plant['name']}: {plant['states']:,} states")
     for rule in check["rules"]:
-        console.print(Text(f"  {_rule(rule)}"))
-    console.print(
+        say(f"  {_rule(rule)}")
+    say(
         f"  product under supervision: {product['states']:,} states, {product['state_actions']:,} enabled "
-        f"actions, {product['disabled']:,} disabled",
-        highlight=False,
+        f"actions, {product['disabled']:,} disabled"
     )
     console.print()
     console.print(_numbers(result))
+    if result["baseline"] and not result["baseline"]["greedy"]["completion"]:
+        say(_unfinished(result))
     if result["partial"]:
-        console.print(
-            Text("Stopped before the end: these numbers are of the episodes that were run.", style="bold")
-        )
+        say("Stopped before the end: these numbers are of the episodes that were run.", "bold")
     console.print(Text(f"Written to {folder}; open {folder / 'report.html'}"), soft_wrap=True)
 
 
@@ -45,6 +48,13 @@ def _rule(rule: Mapping[str, Any]) -> str:
     states = "1 state" if rule["states"] == 1 else f"{rule['states']:,} states"
     why = f"{found['text']}." if found else rule["without_plant"]["text"]
     return f"{rule['name']} ({rule['class']}, {states}): {verdict}. {why[:1].upper()}{why[1:]}"
+
+
+def _unfinished(result: Mapping[str, Any]) -> str:
+    """Say of a baseline whose policy never completes the task in time how long its episodes are."""
+    limit, steps = result["settings"]["episode_steps"], result["baseline"]["greedy"]["expected_steps"]
+    ends = "may never end" if steps is None else f"end after {steps:.1f} on average"
+    return f"Without the rules the greedy policy never completes the task within {limit} steps; its episodes {ends}."
 
 
 def _numbers(result: Mapping[str, Any]) -> Table:

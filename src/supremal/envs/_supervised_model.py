@@ -78,7 +78,7 @@ class SupervisedModel:
         event = self.events[action]
         if event not in self.causes.product.events(int(self.state[state])):
             return f"the plant says that {event} is not possible there"
-        return str(disabled_in(self.causes, self.supervisor, self.state).why(state, event))
+        return disabled_in(self.causes, self.supervisor, self.state).why(state, event).because
 
 
 def supervised_model(
@@ -109,8 +109,10 @@ def supervised_model(
     causes = find_causes(plants, given, nonblocking=nonblocking, must_act=True, max_states=max_states)
     reason = explain_empty(causes)
     if reason is not None:
-        against = "in the worst case, which any plant is that you do not give" if plant is None else "there"
-        message = f"no agent can keep these rules {against}; {reason}"
+        against = "with this plant"
+        if plant is None:
+            against = "if anything may happen at any time; give plant= to say what can"
+        message = f"no agent can keep these rules {against}: {reason.because}"
         raise RuleError(message)
     supervisor, state = supervisor_of(causes)
     columns = [supervisor.automaton.alphabet.index(name) for name in names]
@@ -154,6 +156,8 @@ def _automaton(rule: Rule | Automaton) -> Automaton:
         return replace(rule.automaton, name=rule.name)
     if not isinstance(rule, Automaton):
         message = f"a rule is a {type(rule).__name__}; a Rule or an Automaton is needed"
+        if isinstance(rule, str):
+            message += "; write rule_from_regex(text, Alphabet(events))"
         raise RuleError(message)
     return rule
 

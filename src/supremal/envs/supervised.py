@@ -142,8 +142,8 @@ class SupervisedEnv(Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
     ({'observation': 24, 'supervisor': 1}, [0, 1, 1, 1])
     >>> env.step(0)
     Traceback (most recent call last):
-    supremal.errors.MDPError: action 0 ('up') is disabled (no_two_ups in 1): after up, up is disabled: it
-    breaks no_two_ups in its state 1; enabled: right, down, left
+    supremal.errors.MDPError: action 0 ('up') is disabled (no_two_ups in 1): it breaks no_two_ups in its
+    state 1; enabled: right, down, left
     """
 
     def __init__(

@@ -105,5 +105,8 @@ def _fail_decoding(document: Document, said: str) -> NoReturn:
     problem = said[: where.start()] if where else said
     message = f"this is not TOML: {problem[:1].lower()}{problem[1:]}"
     if where and where[1]:
-        raise FormatError(message, path=document.path, line=int(where[1]), column=int(where[2])) from None
+        line, column = int(where[1]), int(where[2])
+        if problem == "Invalid value" and document.text.split("\n")[line - 1][column - 1 :][:1].isalpha():
+            message += " (a text needs quotes)"
+        raise FormatError(message, path=document.path, line=line, column=column) from None
     document.fail(message, len(document.text))

@@ -11,7 +11,7 @@ from typing import Annotated, Any, Final, Literal, TypeAlias
 import numpy as np
 
 from supremal.automata.alphabet import Alphabet
-from supremal.errors import suggest
+from supremal.errors import RuleError, suggest
 from supremal.rules._derive import MAX_STATES
 
 Kind = Literal["events", "sequence", "lists", "number", "choice", "counting"]
@@ -48,6 +48,13 @@ Word: TypeAlias = Annotated[str | Sequence[str], Parameter("sequence")]
 Lists: TypeAlias = Annotated[Sequence[str | Iterable[str]], Parameter("lists")]
 Number: TypeAlias = Annotated[int, Parameter("number")]
 Counting: TypeAlias = Annotated[str | Iterable[str], Parameter("counting")]
+
+
+def check_alphabet(alphabet: object) -> None:
+    """Raise a `RuleError` unless this is an alphabet: what a rule is made over, however it is written."""
+    if not isinstance(alphabet, Alphabet):
+        message = f"alphabet is {alphabet!r:.60}; an Alphabet is needed: Alphabet([...])"
+        raise RuleError(message)
 
 
 def clean(known: Parameter, value: object, alphabet: Alphabet | None) -> object:

@@ -16,7 +16,7 @@ from typing import Any, Final, NoReturn, ParamSpec, get_type_hints
 
 from supremal.automata.automaton import Automaton
 from supremal.errors import RuleError, suggest
-from supremal.rules._arguments import Kind, Parameter, check_apart, clean
+from supremal.rules._arguments import Kind, Parameter, check_alphabet, check_apart, clean
 from supremal.rules._phrases import Amount, Names, counted
 
 P = ParamSpec("P")
@@ -78,6 +78,8 @@ def pattern(
 
         @wraps(build)
         def checked(*args: P.args, **given: P.kwargs) -> Automaton:
+            if "alphabet" in given:
+                check_alphabet(given["alphabet"])
             return build(**_checked(found, args, given))  # type: ignore[call-arg]
 
         say = sentence.format if isinstance(sentence, str) else sentence

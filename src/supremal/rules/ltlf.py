@@ -47,6 +47,7 @@ from typing import Final
 
 from supremal.automata.alphabet import Alphabet
 from supremal.automata.automaton import Automaton
+from supremal.rules._arguments import check_alphabet
 from supremal.rules._derive import MAX_STATES, Budget, event_classes
 from supremal.rules._ltlf_automaton import Unfolding
 from supremal.rules._ltlf_formulas import Formulas
@@ -89,7 +90,7 @@ def rule_from_ltlf(
         and column.
     RuleError
         If it unfolds to more states, or takes more than 80 steps for each of ``max_states``, which is about
-        a second for the default.
+        a second for the default; or if ``alphabet`` is none.
 
     Notes
     -----
@@ -110,6 +111,7 @@ def rule_from_ltlf(
     >>> rule.run(["pick", *["move"] * 5])
     -1
     """
+    check_alphabet(alphabet)
     core = Formulas()
     formula = core.of_tree(parse(text, alphabet, path=name or "formula"))
     classes, events = event_classes(alphabet, [node.events for node in core.nodes if node.op == "event"])

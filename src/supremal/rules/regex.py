@@ -34,6 +34,7 @@ from typing import Final
 
 from supremal.automata.alphabet import Alphabet
 from supremal.automata.automaton import Automaton
+from supremal.rules._arguments import check_alphabet
 from supremal.rules._derive import MAX_STATES, Budget, derived, event_classes
 from supremal.rules._regex_algebra import Algebra
 from supremal.rules._regex_parser import Complement, Events, Join, Repeat, Step, parse
@@ -70,7 +71,8 @@ def rule_from_regex(
     FormatError
         If the text does not parse or names an unknown event; gives line and column.
     RuleError
-        If it unfolds to more states, or takes more than 100 steps for each of ``max_states``.
+        If it unfolds to more states, or takes more than 100 steps for each of ``max_states``; or if
+        ``alphabet`` is none.
 
     Notes
     -----
@@ -95,6 +97,7 @@ def rule_from_regex(
     >>> rule.accepts(["tick", "tick", "start"]), rule.run(["tick", "tick", "tick"])
     (True, -1)
     """
+    check_alphabet(alphabet)
     program = parse(text, alphabet, path=name or "expression")
     sets = [frozenset(step.names) for step in program if isinstance(step, Events)]
     classes, first = event_classes(alphabet, sets)

@@ -36,6 +36,7 @@ def templates() -> Environment:
         "decimal": _words.decimal,
         "percent": _words.percent,
         "count": _words.count,
+        "folded": _words.folded,
         "setting": _words.setting,
         "witness": _words.witness_sentence,
         "signs": _words.signs,

@@ -7,7 +7,8 @@ the run: a completion of 0.99996 is not called 100 %.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Collection, Iterable, Mapping
+from itertools import chain, groupby
 from math import floor, isfinite
 from typing import Any, Final, TypeGuard
 
@@ -112,18 +113,32 @@ def count(value: object, one: str, many: str = "") -> str:
     return f"no {one}" if value == 0 else f"{integer(value)} {one if value == 1 else many or one + 's'}"
 
 
-def witness_sentence(witness: Mapping[str, Any]) -> str:
-    """Say in words what the shortest witness shows.
+def folded(words: Iterable[Iterable[str] | None]) -> str:
+    r"""Return words one after the other, an event that comes several times in a row once; None is no word.
+
+    Examples
+    --------
+    >>> folded([None, ["up"], ["up", "fault"], [], ["up"]])
+    'up\xa0×2 fault up'
+    """
+    runs = ((event, len(list(run))) for event, run in groupby(chain.from_iterable(filter(None, words))))
+    return " ".join(event if times == 1 else f"{event}\u00a0×{times}" for event, times in runs)
+
+
+def witness_sentence(witness: Mapping[str, Any], free: Collection[str] = ()) -> str:
+    """Say in words what the shortest witness shows; ``free`` are the events that nobody controls.
 
     Examples
     --------
     >>> witness_sentence({"word": ["d_u"], "event": "d_u"})
     'after d_u, d_u can happen again, which nobody controls and the rule forbids'
+    >>> witness_sentence({"word": ["left", "@8"], "event": "hole"})
+    'after left (state 8), hole can happen, which nobody controls and the rule forbids'
     """
-    steps, event = told_word(witness.get("word") or (), ()), witness.get("event", "an event")
-    word = [name for name, who in steps if who != "seen"]
-    after = f"after {' '.join(word)}" if word else "at once"
-    again = " again" if event in word else ""
+    steps, event = told_word(witness.get("word") or (), free), witness.get("event", "an event")
+    word = " ".join(f"({name})" if who == "seen" else name for name, who in steps)
+    after = f"after {word}" if word else "at once"
+    again = " again" if event in (name for name, _ in steps) else ""
     return f"{after}, {event} can happen{again}, which nobody controls and the rule forbids"
 
 

@@ -54,7 +54,7 @@ class RuleView:
     svg
         A picture of its automaton, trusted as a `Diagram`'s; "" where it is too large.
     accepted, rejected
-        The shortest words that it allows, and the shortest that it forbids.
+        Words that it allows, and words that it forbids; () is that nothing has happened yet.
     """
 
     name: str

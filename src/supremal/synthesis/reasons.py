@@ -66,11 +66,14 @@ class Reason:
         """The events of ``steps``."""
         return tuple(step.event for step in self.steps)
 
+    @property
+    def because(self) -> str:
+        """What speaks against the event, without saying again which it is."""
+        return listed(self.breaks, "it") if self.kind == "breaks a rule" else _told(self)
+
     def __str__(self) -> str:
         what = f"{self.event} is disabled" if self.event else "nothing can be enforced"
-        if self.kind == "breaks a rule":
-            return f"{_after(self.word)}{what}: {listed(self.breaks, 'it')}"
-        return f"{_after(self.word)}{what}: {_told(self)}"
+        return f"{_after(self.word)}{what}: {self.because}"
 
 
 def _after(word: tuple[str, ...]) -> str:

@@ -7,7 +7,7 @@ and column, the key, what is wrong there and what would be right.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import date, time
 from typing import Any, Final, NoReturn, TypeVar
@@ -15,6 +15,7 @@ from typing import Any, Final, NoReturn, TypeVar
 from supremal.automata.alphabet import Alphabet
 from supremal.errors import suggest
 from supremal.formats.toml import Document, KeyPath, Place
+from supremal.task._slips import Slips
 
 T = TypeVar("T")
 U = TypeVar("U")
@@ -131,12 +132,14 @@ def whole(least: int = 0) -> Reader[int]:
     return read
 
 
-def one_of(choices: Collection[str]) -> Reader[Any]:
-    """Return a reader of one of some words."""
+def one_of(choices: Collection[str], page: str = "") -> Reader[Any]:
+    """Return a reader of one of some words; ``page`` tells of all of them, where they are many."""
 
     def read(field: Field) -> str:
         if text(field) not in choices:
-            field.fail(f"is {shown(field.value)}; {suggest(field.value, choices)}")
+            right = suggest(field.value, choices)
+            more = f" ({page} has them all)" if page and right.startswith("known: ") else ""
+            field.fail(f"is {shown(field.value)}; {right}{more}")
         return text(field)
 
     return read
@@ -215,11 +218,37 @@ def need(parent: Field, key: str, read: Reader[T], right: str) -> T:
 
 
 def check_keys(parent: Field, known: Iterable[str]) -> None:
-    """Fail at the first key of a table that is not ``known``."""
-    choices = list(known)
+    """Fail at the keys of a table that are not ``known``."""
+    choices, slips = list(known), Slips()
     for key in table(parent).value:
         if key not in choices:
-            parent[key].fail(f"unknown key {key!r}; {suggest(key, choices, limit=len(choices))}", key=True)
+            with slips.noting():
+                right = suggest(key, choices, limit=len(choices))
+                parent[key].fail(f"unknown key {key!r}; {right}", key=True)
+    slips.check()
+
+
+def take_all(parent: Field, readers: Mapping[str, Reader[Any]]) -> dict[str, Any]:
+    """Read what a table says under these keys, each of which it may leave out, and no others."""
+    slips, said = Slips(), dict[str, Any]()
+    with slips.noting():
+        check_keys(parent, readers)
+    for key, read in readers.items():
+        if key in parent:
+            with slips.noting():
+                said[key] = read(parent[key])
+    slips.check()
+    return said
+
+
+def read_each(fields: Iterable[Field], read: Reader[T]) -> list[T]:
+    """Return what each of ``fields`` says; what is wrong in several is told together."""
+    slips, said = Slips(), list[T]()
+    for field in fields:
+        with slips.noting():
+            said.append(read(field))
+    slips.check()
+    return said
 
 
 def choose(parent: Field, ways: Sequence[str], also: Iterable[str] = ()) -> str:

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import Final, Literal
+from typing import Any, Final, Literal
 
 from supremal.automata.alphabet import Alphabet
 from supremal.automata.automaton import Automaton
 from supremal.automata.compose import extend
 from supremal.errors import RuleError
 from supremal.rules.ltlf import rule_from_ltlf, sentence_of_ltlf
-from supremal.rules.patterns import PATTERNS, REQUIRED, sentence_of
+from supremal.rules.patterns import PATTERNS, REQUIRED, Pattern, sentence_of
 from supremal.rules.regex import rule_from_regex, sentence_of_regex
 from supremal.rules.rule import Rule
 from supremal.rules.sequences import complete_safe, complete_unsafe, rule_from_safe, rule_from_unsafe
@@ -38,10 +39,17 @@ _ALWAYS: Final = ("name", "sentence", "over")
 _FORMS: Final = ("rule", "safe", "unsafe")
 
 
-def read_rules(field: Field, alphabet: Alphabet, folder: Path) -> list[Rule]:
-    """Read one ``[[rule]]``: one rule, or all that a model file has; those without a name are called ""."""
+def read_rules(field: Field, alphabet: Alphabet | None, folder: Path) -> list[Rule]:
+    """Read one ``[[rule]]``: one rule, or all that a model file has; those without a name are called "".
+
+    Without an ``alphabet`` nothing is made of it: what needs none is checked.
+    """
     arguments = [key for known in PATTERNS.values() for key in known.parameters]
     way = choose(field, _WAYS, (*_ALWAYS, *arguments, *DRAWN, "form", "max_states"))
+    if alphabet is None:
+        if way == "pattern":
+            _said_by_pattern(field)
+        return []
     match way:
         case "pattern":
             return [_by_pattern(field, alphabet)]
@@ -81,24 +89,39 @@ _RIGHT: Final = {
 
 
 def _by_pattern(field: Field, alphabet: Alphabet) -> Rule:
-    chosen = PATTERNS[one_of(PATTERNS)(field["pattern"])]
-    check_keys(field, ("pattern", *chosen.parameters, *_ALWAYS))
+    chosen, arguments, sentence = _said_by_pattern(field)
     over, rule = _about(field, alphabet), called(field)
+    for key in arguments:
+        if chosen.parameters[key].kind not in ("number", "choice") and arguments[key] != "all":
+            _check_events(field[key], over)
+    with _argued(field, chosen.name, rule):
+        automaton = chosen.build(**arguments, alphabet=over, name=rule)
+    written = ", ".join(f"{key}={value!r}" for key, value in arguments.items())
+    said = take(field, "sentence", text, sentence)
+    return Rule(rule, automaton, said, "pattern", f"{chosen.name}({written})")
+
+
+def _said_by_pattern(field: Field) -> tuple[Pattern, dict[str, Any], str]:
+    """Read a pattern, its arguments, any names in which are those of events, and what it says in words."""
+    chosen = PATTERNS[one_of(PATTERNS, "docs/rules.md")(field["pattern"])]
+    check_keys(field, ("pattern", *chosen.parameters, *_ALWAYS))
     for key, parameter in chosen.parameters.items():
-        if parameter.default is REQUIRED or key in field:
-            argument = need(field, key, anything, _RIGHT[parameter.kind])
-            if parameter.kind not in ("number", "choice") and argument.value != "all":
-                _check_events(argument, over)
+        if parameter.default is REQUIRED:
+            need(field, key, anything, _RIGHT[parameter.kind])
     arguments = {key: field[key].value for key in chosen.parameters if key in field}
+    with _argued(field, chosen.name):
+        return chosen, arguments, sentence_of(chosen.name, **arguments)
+
+
+@contextmanager
+def _argued(field: Field, pattern: str, rule: str = "") -> Iterator[None]:
+    """Put the place of an argument in front of what is wrong with it."""
     with placed(field["pattern"], table=field):
         try:
-            automaton = chosen.build(**arguments, alphabet=over, name=rule)
-            sentence = take(field, "sentence", text, sentence_of(chosen.name, **arguments))
+            yield
         except RuleError as error:
-            message = str(error).removeprefix(f"rule {rule!r}: ").removeprefix(f"{chosen.name}: ")
+            message = str(error).removeprefix(f"rule {rule!r}: ").removeprefix(f"{pattern}: ")
             raise RuleError(message) from None
-    written = ", ".join(f"{key}={value!r}" for key, value in arguments.items())
-    return Rule(rule, automaton, sentence, "pattern", f"{chosen.name}({written})")
 
 
 def _check_events(field: Field, alphabet: Alphabet) -> None:

@@ -11,33 +11,23 @@ from supremal.learning.settings import Settings
 from supremal.task._fields import (
     Field,
     Reader,
-    check_keys,
     choose,
     name,
     need,
     number,
     one_of,
     switch,
-    table,
+    take_all,
     text,
     whole,
 )
-from supremal.task._slips import Slips, placed
+from supremal.task._slips import placed
 from supremal.task.task import REPORTABLE, Options, Reported
 
 
 def _said(field: Field, kind: type) -> dict[str, Any]:
     """Read a table whose keys are the fields of a dataclass, each as its type has it."""
-    hints, slips = get_type_hints(kind), Slips()
-    said: dict[str, Any] = {}
-    with slips.noting():
-        check_keys(field, hints)
-    for key, hint in hints.items():
-        if key in table(field):
-            with slips.noting():
-                said[key] = _reader(hint)(field[key])
-    slips.check()
-    return said
+    return take_all(field, {key: _reader(hint) for key, hint in get_type_hints(kind).items()})
 
 
 def _reader(hint: Any) -> Reader[Any]:  # noqa: ANN401 - a type is an object like others
@@ -87,14 +77,15 @@ def read_options(field: Field, *, must_act: bool) -> Options:
 
 def read_run(field: Field, folder: Path) -> dict[str, Any]:
     """Read ``[run]`` as fields of a task; ``out`` starts from the ``folder`` of the task file."""
-    readers: dict[str, Reader[Any]] = {
-        "seed": whole(),
-        "seeds": whole(1),
-        "interval": whole(1),
-        "out": lambda path: folder / name(path),
-    }
-    check_keys(field, readers)
-    return {key: read(field[key]) for key, read in readers.items() if key in field}
+    return take_all(
+        field,
+        {
+            "seed": whole(),
+            "seeds": whole(1),
+            "interval": whole(1),
+            "out": lambda path: folder / name(path),
+        },
+    )
 
 
 def read_reported(field: Field) -> Reported:

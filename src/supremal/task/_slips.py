@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from supremal.errors import FormatError, ModelError, SupremalError
-from supremal.task._fields import Field
+
+if TYPE_CHECKING:
+    from supremal.task._fields import Field
 
 MAX_SHOWN: Final = 10
 """The most slips that one message tells."""

@@ -93,8 +93,8 @@ def check(task: Task) -> Findings:
     """
     if task.environment is None:
         message = (
-            f"task {task.name!r} does not say how likely what is, so nothing can be learned; give the id of "
-            "an [environment], or the chances of what nobody controls in its plants"
+            f"task {task.name!r} has no [environment], so nothing can be learned; say how likely "
+            "uncontrollable events are (chances = {...}), or give a Gymnasium id (id = ...)"
         )
         raise MDPError(message)
     rules = tuple(rule.automaton for rule in task.rules)

@@ -7,12 +7,15 @@ or `supremal report` does later.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any, Final, Literal
 
 from supremal import __version__
-from supremal._arrays import Ints
+from supremal._arrays import NONE, Ints
 from supremal.automata.automaton import Automaton
-from supremal.rules.about import essence, example_words
+from supremal.automata.reduce import complement
+from supremal.automata.words import Word, shortest_words
+from supremal.rules.about import essence
 from supremal.show.diagram import automaton_svg, reward_machine_svg
 from supremal.show.disabled import DisabledTable, disabled_table
 from supremal.show.figures import Series, curves_svg
@@ -36,7 +39,7 @@ _SCALE: Final[dict[Curve, float]] = {"score": 1.0, "completion": 100.0, "regret"
 _DRAWN: Final = 24
 """The most states of an automaton that is drawn."""
 _EXAMPLES: Final = 3
-"""How many words of each kind are shown of a rule."""
+"""The most words of each kind that are shown of a rule."""
 
 
 def page_of(
@@ -95,9 +98,23 @@ def rule_views(task: Task) -> list[RuleView]:
     views = []
     for rule in task.rules:
         drawn = rule.drawn or rule.automaton
-        words = example_words(essence(rule.automaton), _EXAMPLES)  # of events that matter to it
-        views.append(RuleView(rule.name, _picture(drawn, rule.name), words.accepted, words.rejected))
+        accepted, rejected = _examples(rule.automaton)
+        views.append(RuleView(rule.name, _picture(drawn, rule.name), accepted, rejected))
     return views
+
+
+def _examples(rule: Automaton) -> tuple[tuple[Word, ...], tuple[Word, ...]]:
+    """Return words that ``rule`` accepts, and words that it rejects and no beginning of.
+
+    They are of the events that matter to it; where these make too few that it accepts, of others too.
+    """
+    essential = essence(rule)
+    accepted = (*shortest_words(essential, _EXAMPLES), *shortest_words(rule, _EXAMPLES))
+    wrong = complement(essential)
+    delta = wrong.delta.copy()
+    delta[wrong.marked] = NONE  # a word ends where it is rejected first
+    rejected = shortest_words(replace(wrong, delta=delta), _EXAMPLES)
+    return tuple(dict.fromkeys(accepted))[:_EXAMPLES], tuple(rejected)
 
 
 def series_of(task: Task, result: Mapping[str, Any], name: Curve) -> list[Series]:

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Container
 from dataclasses import replace
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, Final
 
@@ -23,7 +24,7 @@ from supremal.learning.settings import Settings
 from supremal.rules.rule import Rule
 from supremal.task._automata import read_events, read_plants
 from supremal.task._environment import read_environment
-from supremal.task._fields import Field, anything, check_keys, name, tables, take, text
+from supremal.task._fields import Field, anything, check_keys, name, read_each, tables, take, text
 from supremal.task._machine import read_machine
 from supremal.task._rules import read_rules, rename
 from supremal.task._settings import read_options, read_reported, read_run, read_settings
@@ -34,6 +35,7 @@ _KEYS: Final = (
     "name", "title", "source", "events", "plant", "environment", "rule", "reward_machine", "learner", "run",
     "check", "reported",
 )  # fmt: skip
+_MODEL: Final = ("events", "plant", "environment")
 
 
 def read_task(source: str | Path | Document) -> Task:
@@ -71,9 +73,13 @@ def read_task(source: str | Path | Document) -> Task:
     path = Path(document.path)
     root, folder, slips = Field(document, (), document.data), path.parent, Slips()
     said = _settled(root, slips, path)
+    known = None
     with slips.noting():
-        said |= _model(root, folder, said["options"].max_states)
-        said["rules"] = _rules(root, slips, said["alphabet"], folder)
+        known = take(root, "events", read_events, None)
+        if not _is_misspelt(root):
+            said |= _model(root, known, folder, said["options"].max_states)
+    with slips.noting():
+        said["rules"] = _rules(root, slips, said.get("alphabet", known), folder)
     if "reward_machine" in root and not slips.found:
         with slips.noting():
             said |= _machine(root["reward_machine"], said, folder)
@@ -100,7 +106,8 @@ def _settled(root: Field, slips: Slips, path: Path) -> dict[str, Any]:
     """Read the fields of a task that depend on no others."""
     acts = "environment" in root
     said: dict[str, Any] = {"name": path.stem, "settings": Settings(), "options": Options(must_act=acts)}
-    check_keys(root, _KEYS)
+    with slips.noting():
+        check_keys(root, _KEYS)
     for key, read in (
         ("name", lambda field: {"name": name(field)}),
         ("title", lambda field: {"title": text(field)}),
@@ -108,19 +115,24 @@ def _settled(root: Field, slips: Slips, path: Path) -> dict[str, Any]:
         ("learner", lambda field: {"settings": read_settings(field)}),
         ("check", lambda field: {"options": read_options(field, must_act=acts)}),
         ("run", lambda field: read_run(field, path.parent)),
-        ("reported", lambda field: {"reported": tuple(map(read_reported, tables(field)))}),
+        ("reported", lambda field: {"reported": tuple(read_each(tables(field), read_reported))}),
     ):
         with slips.noting():
             said |= take(root, key, read, {})
     return said
 
 
-def _model(root: Field, folder: Path, max_states: int | None) -> dict[str, Any]:
+def _is_misspelt(root: Field) -> bool:
+    """Return whether an unknown key may be meant to say what can happen, on which all else rests."""
+    absent = [key for key in _MODEL if key not in root]
+    return any(get_close_matches(key, absent) for key in root.value if key not in _KEYS)
+
+
+def _model(root: Field, known: Alphabet | None, folder: Path, max_states: int | None) -> dict[str, Any]:
     """Read what can happen: the alphabet, the plants, the environment."""
-    known = take(root, "events", read_events, None)
     sigma, plants = known or Alphabet(()), dict[str, Automaton]()
-    for field in take(root, "plant", tables, []):
-        found = read_plants(field, known, folder)
+    drawn = take(root, "plant", tables, [])
+    for field, found in zip(drawn, read_each(drawn, lambda f: read_plants(f, known, folder)), strict=True):
         with placed(field):
             sigma = union(sigma, *(plant.alphabet for plant in found))
         for plant in found:
@@ -142,7 +154,7 @@ def _model(root: Field, folder: Path, max_states: int | None) -> dict[str, Any]:
     return model
 
 
-def _rules(root: Field, slips: Slips, alphabet: Alphabet, folder: Path) -> tuple[Rule, ...]:
+def _rules(root: Field, slips: Slips, alphabet: Alphabet | None, folder: Path) -> tuple[Rule, ...]:
     rules: dict[str, Rule] = {}
     for field in take(root, "rule", tables, []):
         with slips.noting():
