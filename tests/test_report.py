@@ -237,7 +237,7 @@ def test_a_word_is_told_in_one_form():
     witness = {"word": ["left", "@8", "!gust", "?up", "@9"], "event": "hole"}
     rule = {"name": "dry", "controllable": False, "witness": witness}
     words = visible(report_html({"check": {"verdict": "enforceable_in_part", "rules": [rule]}}))
-    assert "left→state 8→up→state 9→ hole" in words
+    assert "left→state 8→up→state 9→hole" in words
     assert "After left (state 8) up (state 9), hole can happen, which nobody controls" in words
 
 

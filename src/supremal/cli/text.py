@@ -53,8 +53,8 @@ def _rule(rule: Mapping[str, Any]) -> str:
 def _unfinished(result: Mapping[str, Any]) -> str:
     """Say of a baseline whose policy never completes the task in time how long its episodes are."""
     limit, steps = result["settings"]["episode_steps"], result["baseline"]["greedy"]["expected_steps"]
-    ends = "may never end" if steps is None else f"end after {steps:.1f} on average"
-    return f"Without the rules the greedy policy never completes the task within {limit} steps; its episodes {ends}."
+    ends = "its episodes may never end" if steps is None else f"its episodes end after {steps:.1f} on average"
+    return f"Without the rules the greedy policy never completes the task within {limit} steps; {ends}."
 
 
 def _numbers(result: Mapping[str, Any]) -> Table:
