@@ -390,7 +390,8 @@ def test_init_writes_a_file_that_works(tmp_path: Path, monkeypatch: pytest.Monke
     result = CliRunner().invoke(main, ["init"])
     assert (result.exit_code, result.output.split(".")[0]) == (0, "Wrote task")
     again = CliRunner().invoke(main, ["init"])
-    assert (again.exit_code, again.output) == (2, "Error: task.toml exists already; give another name\n")
+    assert again.exit_code == 2
+    assert again.output == "Error: task.toml exists already; give another name: supremal init other.toml\n"
     assert CliRunner().invoke(main, ["init", "no/other.toml"]).exit_code == 2
     task = read_task("task.toml")
     assert [rule.form for rule in task.rules] == ["pattern", "regex", "ltlf"]
@@ -466,6 +467,11 @@ def test_all_unknown_keys_of_a_table_are_told(read: Callable[..., Task]) -> None
     ]
 
 
+@pytest.mark.parametrize("key", ["learner", "run", "check"])
+def test_a_table_is_needed(key: str, read: Callable[..., Task]) -> None:
+    assert slips(read, f"{key} = 3", AB) == [f"1 {key}: is 3; a table is needed"]
+
+
 PLANTS = """
 [[plant]]
 transitions = [["0", "a"]]
@@ -474,13 +480,13 @@ transitoins = []
 """
 
 
-@pytest.mark.parametrize(("events", "more"), [(AB, ["14 rule.2.regex"]), ("\n\n", [])])
+@pytest.mark.parametrize(("events", "more"), [(AB, ["16 rule.2.regex"]), ("\n\n", [])])
 def test_slips_in_plants_hide_none_in_rules(events: str, more: list[str], read: Callable[..., Task]) -> None:
     """Without [events] the plants would have said which there are, so an expression cannot be read."""
     assert [line.split(":")[0] for line in slips(read, events, PLANTS, SLIPPED)] == [
         "6 plant.1.transitions",
         "8 plant.2.transitoins",
-        "12 rule.1.times",
+        "14 rule.1.times",
         *more,
     ]
 

@@ -234,7 +234,7 @@ def take_all(parent: Field, readers: Mapping[str, Reader[Any]]) -> dict[str, Any
     with slips.noting():
         check_keys(parent, readers)
     for key, read in readers.items():
-        if key in parent:
+        if key in table(parent):
             with slips.noting():
                 said[key] = read(parent[key])
     slips.check()
