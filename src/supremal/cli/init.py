@@ -29,4 +29,4 @@ def init(file: Path) -> None:
     except OSError as error:
         message = f"cannot write {file}: {error.strerror}; give another name"
         raise OutputError(message) from None
-    click.echo(f"Wrote {file}. Ask what its rules say: supremal rules {file}; can they be kept: supremal check {file}")
+    click.echo(f"Wrote {file}. Next: supremal rules {file}, and supremal check {file}")
