@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 import supremal
-from pages import PAGES, ROOT, name_of, run, run_page
+from pages import PAGES, ROOT, consoles_of, lay_out, name_of, run, run_page, type_in
 
 SOURCE = ROOT / "src" / "supremal"
 HEAVY = {
@@ -69,6 +69,15 @@ def test_wheel_works_away_from_the_sources(tmp_path: Path, monkeypatch: pytest.M
 @pytest.mark.parametrize("page", PAGES, ids=name_of)
 def test_python_blocks_run_as_printed(page: Path, tmp_path: Path) -> None:
     run_page(page, tmp_path)
+
+
+@pytest.mark.parametrize(
+    "page", [page for page in PAGES if consoles_of(page) and "examples" not in page.parts], ids=name_of
+)
+def test_consoles_show_what_is_printed(page: Path, tmp_path: Path) -> None:
+    lay_out(tmp_path)
+    for block in consoles_of(page):
+        type_in(block, tmp_path, all_of_it=False)
 
 
 def test_no_address_of_a_package_registry() -> None:
