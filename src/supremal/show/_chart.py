@@ -21,7 +21,7 @@ from supremal.show._text import escape
 _W: Final = 460.0
 _H: Final = 300.0
 _LEFT: Final = 72.0
-_RIGHT: Final = 14.0
+_RIGHT: Final = 24.0
 _TOP: Final = 62.0
 _BOTTOM: Final = 42.0
 _ROW: Final = 18.0  # of the legend
