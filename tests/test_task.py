@@ -127,5 +127,5 @@ def test_what_a_source_may_report_is_in_every_summary(default: Experiment) -> No
 
 
 def test_without_chances_there_is_nothing_to_learn(default: Experiment) -> None:
-    with pytest.raises(MDPError, match="give the id of an \\[environment\\], or the chances"):
+    with pytest.raises(MDPError, match=r"has no \[environment\], so nothing can be learned; say how likely"):
         check(replace(default.task, environment=None))
