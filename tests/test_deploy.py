@@ -46,7 +46,7 @@ from supremal.synthesis.supervisor import Supervisor
 from supremal.verifier import digest
 
 ROOT = Path(__file__).parents[1]
-STEPS = 10_000  # a million in benchmarks/deploy.py
+STEPS = 10_000
 CELL = ROOT / "examples" / "manufacturing_cell.toml"
 MACHINE = (
     "name machine{0} \n marked idle \n uncontrollable end{0} \n idle -start{0}-> busy \n busy -end{0}-> idle"
@@ -182,6 +182,24 @@ def test_c_does_what_the_monitor_does(controller: Controller, tmp_path: Path) ->
     asked = "\n".join(str(e) for e, _ in run)
     done = subprocess.run([driver], input=asked, capture_output=True, text=True, check=True)
     assert done.stdout.splitlines() == [wanted for _, wanted in run]
+
+
+def test_a_million_events_of_the_cell(tmp_path: Path) -> None:
+    controller = cell()
+    run, events = random_run(controller, 1_000_000, seed=4), controller.alphabet.names
+    asked = "\n".join(str(e) for e, _ in run)
+    driver = compiled(c_text(controller), controller.name, tmp_path)
+    done = subprocess.run([driver], input=asked, capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines() == [wanted for _, wanted in run]
+
+    exported, shown = load(python_text(controller))["Supervisor"](), dict[Any, str]()
+    for e, wanted in run:
+        ok = exported.reset() is None if e == len(events) else exported.step(events[e])
+        here = *exported.state, exported.lost_at
+        if here not in shown:
+            enabled = exported.enabled()
+            shown[here] = f"{int(exported.marked())}{''.join(str(int(event in enabled)) for event in events)}"
+        assert f"{int(ok)}{shown[here]}" == wanted
 
 
 def test_structured_text_does_what_the_monitor_does(controller: Controller) -> None:
