@@ -202,6 +202,18 @@ def test_a_million_events_of_the_cell(tmp_path: Path) -> None:
         assert f"{int(ok)}{shown[here]}" == wanted
 
 
+def test_the_c_of_the_page_compiles_as_printed(tmp_path: Path) -> None:
+    page = (ROOT / "docs" / "deploy.md").read_text(encoding="utf-8")
+    include, body = page.split("```c\n")[1].split("```")[0].split("\n", 1)
+    (tmp_path / "cell.h").write_text(c_text(cell()))
+    (tmp_path / "page.c").write_text(
+        f"{include}\nint main(void) {{\n{body}\nreturn 0;\n}}\n"
+    )
+    strict = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror"]
+    subprocess.run(["gcc", *strict, "-o", "page", "page.c"], cwd=tmp_path, check=True)
+    subprocess.run([tmp_path / "page"], check=True)
+
+
 def test_structured_text_does_what_the_monitor_does(controller: Controller) -> None:
     blocks = structured_text.read(st_text(controller))
     name = f"FB_{identifiers([controller.name])[0]}"

@@ -350,7 +350,13 @@ def test_shaping(said: str, gamma: float | None, read: Callable[..., Task]) -> N
 
 
 def blocks() -> list[str]:
-    return re.findall(r"```toml\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
+    pages = (PAGE, PAGE.parent / "rules.md", PAGE.parents[1] / "README.md")
+    texts = (page.read_text(encoding="utf-8") for page in pages)
+    return [
+        block
+        for text in texts
+        for block in re.findall(r"^```toml\n(.*?)^```", text, re.DOTALL | re.MULTILINE)
+    ]
 
 
 @pytest.mark.parametrize("block", blocks(), ids=range(len(blocks())))
