@@ -206,9 +206,7 @@ def test_the_c_of_the_page_compiles_as_printed(tmp_path: Path) -> None:
     page = (ROOT / "docs" / "deploy.md").read_text(encoding="utf-8")
     include, body = page.split("```c\n")[1].split("```")[0].split("\n", 1)
     (tmp_path / "cell.h").write_text(c_text(cell()))
-    (tmp_path / "page.c").write_text(
-        f"{include}\nint main(void) {{\n{body}\nreturn 0;\n}}\n"
-    )
+    (tmp_path / "page.c").write_text(f"{include}\nint main(void) {{\n{body}\nreturn 0;\n}}\n")
     strict = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror"]
     subprocess.run(["gcc", *strict, "-o", "page", "page.c"], cwd=tmp_path, check=True)
     subprocess.run([tmp_path / "page"], check=True)
